@@ -1,0 +1,20 @@
+# `cmake --install` and, from another project, find_package(tremula): tremula::tremula is the whole library.
+include(CMakePackageConfigHelpers)
+
+get_property(components GLOBAL PROPERTY TREMULA_COMPONENTS)
+install(TARGETS ${components} EXPORT tremulaTargets
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(DIRECTORY src/tremula DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+install(EXPORT tremulaTargets NAMESPACE tremula:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tremula)
+configure_package_config_file(cmake/tremulaConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/tremulaConfig.cmake
+                              INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tremula)
+write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/tremulaConfigVersion.cmake
+                                 COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tremulaConfig.cmake
+              ${CMAKE_CURRENT_BINARY_DIR}/tremulaConfigVersion.cmake
+              cmake/deps/FindFFT.cmake cmake/deps/FindMatio.cmake cmake/deps/FindRandom123.cmake
+              cmake/deps/FindSpectra.cmake cmake/deps/FindStb.cmake
+        DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tremula)
+if(TARGET tremula_cli)
+  install(TARGETS tremula_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()

@@ -1,0 +1,41 @@
+// The skin of a skeleton: tubes along its axes and a card for every leaf, as one indexed triangle mesh. Each vertex
+// knows the branch that carries it and where along the branch, so that any deformation of the branches moves it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "tremula/base/types.hpp"
+#include "tremula/geometry/skeleton.hpp"
+
+namespace tremula {
+
+// Structure of arrays; all vertex arrays have one length V. Float: this is for pictures and files.
+struct Surface {
+  std::vector<Eigen::Vector3f> position;     // (V) [m] at rest, z up
+  std::vector<Eigen::Vector3f> normal;       // (V) unit
+  std::vector<Eigen::Vector2f> texture;      // (V) bark: u around (0–1), v along in circumferences; leaf: 0–1
+  std::vector<std::int32_t> branch;          // (V) the branch that carries the vertex
+  std::vector<float> along;                  // (V) position along that branch, 0 start to 1 end
+  std::vector<std::uint32_t> bark_triangles; // (3 per triangle) counter-clockwise seen from outside
+  std::vector<std::uint32_t> leaf_triangles; // (3 per triangle) upper side counter-clockwise; both sides visible
+
+  std::size_t vertex_count() const { return position.size(); }
+};
+
+struct SurfaceOptions {
+  int max_sides = 10;          // of the thickest tube; thin twigs get fewer, never below min_sides
+  int min_sides = 3;
+  int bend_subdivisions = 1;   // rings a branch gets besides those at its ends, for its cubic curve
+  bool leaves = true;
+};
+
+// The skeleton's axes: each branch belongs to one axis; a branch is continued by the child that goes on best
+// (thickest and straightest), the others start axes of their own. Branch indices from base to tip.
+std::vector<std::vector<int>> split_into_axes(const Skeleton& skeleton);
+
+// Tubes follow the axes with smooth radii and mitred joints; a side axis starts inside the one it springs from.
+// The tip of an axis is closed with one vertex that lies exactly on the end node of its last branch.
+Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options = {});
+
+}  // namespace tremula

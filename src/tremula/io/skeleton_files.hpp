@@ -1,0 +1,31 @@
+// Reads plants from the files people have, recognised by what stands in them rather than by their name.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tremula/geometry/skeleton.hpp"
+
+namespace tremula {
+
+// Something the reader mended because scans really look so; never silent.
+struct Repair {
+  std::string kind;      // stable key for reports: "recentred", "joined_to_nearest", "collapsed_zero_length", …
+  std::size_t count;     // how many branches (or nodes) it touched
+  std::string message;   // one sentence for people: "9 segments without parent joined to the nearest branch"
+};
+
+struct ImportedSkeleton {
+  Skeleton skeleton;
+  std::string format;    // "swc", "treeqsm-text", "treeqsm-mat", "simpleforest-csv"
+  std::vector<Repair> repairs;
+};
+
+// Throws InputError for anything that is not a usable plant (see docs/guide/inputs.md for what is repaired).
+ImportedSkeleton read_skeleton(const std::string& path);
+
+// SWC: one sample per node, comments with units and origin; reading it back gives the same branches.
+void write_swc(const Skeleton& skeleton, const std::string& path);
+
+}  // namespace tremula
