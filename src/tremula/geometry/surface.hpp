@@ -19,6 +19,8 @@ struct Surface {
   std::vector<float> along;                  // (V) position along that branch, 0 start to 1 end
   std::vector<std::uint32_t> bark_triangles; // (3 per triangle) counter-clockwise seen from outside
   std::vector<std::uint32_t> leaf_triangles; // (3 per triangle) upper side counter-clockwise; both sides visible
+  Eigen::Vector3f bark_color{0.36F, 0.29F, 0.22F};  // sRGB, 0–1
+  Eigen::Vector3f leaf_color{0.29F, 0.44F, 0.16F};  // sRGB, 0–1
 
   std::size_t vertex_count() const { return position.size(); }
 };
