@@ -1,0 +1,26 @@
+// The eigenproblem K q = omega^2 M q of a structure (S section 3).
+#pragma once
+
+#include "tremula/modes/modes.hpp"
+#include "tremula/structure/structure.hpp"
+
+namespace tremula {
+
+enum class ModeMethod {
+  automatic,  // dense where the structure is small or most modes are wanted, else iterative
+  dense,      // all eigenpairs of the compliance form, O(N^3): the first algorithm of S section 3
+  iterative,  // the largest omega^-2 by Lanczos (S section 3's `lanz`)
+};
+
+struct ModeOptions {
+  int count = 40;            // how many of the lowest modes, 1 … 6N; `all_modes` for every one
+  ModeMethod method = ModeMethod::automatic;
+  double tolerance = 1e-12;  // of the iterative method: relative residual of omega^-2
+};
+inline constexpr int all_modes = -1;
+
+// Throws InputError when count is 0, below 0 (but for all_modes) or larger than 6N, Error when the iteration does
+// not converge.
+Modes solve_modes(const Structure& structure, const ModeOptions& options = {});
+
+}  // namespace tremula

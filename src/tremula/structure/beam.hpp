@@ -1,0 +1,63 @@
+// One branch as a beam: 3-D Euler–Bernoulli, round section, radii that may differ at the two ends.
+//
+// A round section has no preferred direction across the branch, so nothing here needs local y and z axes. With the
+// unit vector d along the branch, a displacement splits into a part along d, twist about d, and, across d, the
+// deflection v and the slope phi = theta x d (the derivative of v along the branch). Along, twist and bending are
+// uncoupled; bending is the same in all directions. So 12 x 12 matrices shrink to 2 x 2, 2 x 2 and 4 x 4 scalars.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "tremula/geometry/skeleton.hpp"
+#include "tremula/structure/material.hpp"
+
+namespace tremula {
+
+enum class Section {
+  exact,  // linear taper, A = pi r^2, I = pi r^4/4, J = pi r^4/2
+  paper,  // S appendix A as printed: mean radius, I = pi r^4 (errata S1)
+};
+
+struct Beam {
+  double length;                      // [m]
+  double start_radius, end_radius;    // [m]
+  double inertia_factor;              // I / r^4: pi/4, or pi as printed in S
+  Material material;
+};
+
+Beam make_beam(const Branch& branch, const Material& material, Section section);
+
+// Displacements of the tip of the beam, clamped at its start, per unit force and moment at the tip.
+// Closed forms of the integrals of flexibility; for equal radii L/EA, L/GJ, L^3/3EI, L^2/2EI, L/EI.
+struct Compliance {
+  double axial;             // along / force along [m/N]
+  double torsion;           // twist / twisting moment [rad/(N m)]
+  double deflection;        // v / force across [m/N]
+  double deflection_slope;  // v / bending moment = phi / force across [1/N]
+  double slope;             // phi / bending moment [rad/(N m)]
+};
+Compliance compliance(const Beam& beam);
+
+// How the section at s (0 start … 1 end) moves when the ends move and nothing loads the beam between them: the
+// exact static shape functions, Hermite's cubics for equal radii. v(s) = deflection . (v_0, phi_0, v_1, phi_1).
+struct Shape {
+  Eigen::Vector2d axial;       // of (along_0, along_1)
+  Eigen::Vector2d torsion;     // of (twist_0, twist_1)
+  Eigen::Vector4d deflection;  // of (v_0, phi_0, v_1, phi_1) [1, m, 1, m]
+  Eigen::Vector4d slope;       // of the same [1/m, 1, 1/m, 1]
+};
+Shape shape_at(const Beam& beam, double s);
+
+// Consistent mass over the ends' displacements, in the same order as Shape. For equal radii it is Przemieniecki's
+// matrix with torsional and, unless dropped, rotatory inertia.
+struct ElementMass {
+  Eigen::Matrix2d axial = Eigen::Matrix2d::Zero();    // [kg]
+  Eigen::Matrix2d torsion = Eigen::Matrix2d::Zero();  // [kg m^2]
+  Eigen::Matrix4d bending = Eigen::Matrix4d::Zero();  // [kg, kg m, kg m^2]
+};
+ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia);
+
+// A point mass on the axis at s, carried by the beam's shape functions.
+void add_point_mass(const Beam& beam, double s, double mass, ElementMass& element);
+
+}  // namespace tremula

@@ -1,0 +1,58 @@
+#include "tremula/structure/material.hpp"
+
+#include <cmath>
+
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+// Young's modulus and density of green stems: the species parameters of ForestGALES (Hale et al. 2015, Forest
+// Ecology and Management 358, and the parameter files of its implementations). Nobody tabulates the shear modulus
+// of green stems; 0.075 of E lies amid the ratios 0.05 … 0.1 of G_LR to E_L of the Wood Handbook.
+Material green_stem(const char* name, double youngs_modulus, double density) {
+  return {name, youngs_modulus, 0.075 * youngs_modulus, density, "ForestGALES species parameters; G = 0.075 E"};
+}
+
+}  // namespace
+
+const std::vector<Material>& material_presets() {
+  static const std::vector<Material> presets = {
+      {"green-wood", 28.0e9 / 3, 0.075 * 28.0e9 / 3, 3216.0 / 3, "mean of birch, beech and oak below"},
+      green_stem("birch", 9.9e9, 900),
+      green_stem("beech", 9.8e9, 1158),
+      green_stem("oak", 8.3e9, 1158),
+      green_stem("scots-pine", 7.3e9, 850),
+      green_stem("lodgepole-pine", 6.4e9, 850),
+      green_stem("norway-spruce", 6.3e9, 850),
+      green_stem("sitka-spruce", 5.9e9, 850),
+      green_stem("douglas-fir", 8.3e9, 850),
+      green_stem("european-larch", 7.9e9, 850),
+      {"walnut", 11.3e9, 11.3e9 / (2 * (1 + 0.38)), 805,
+       "Rodriguez, de Langre & Moulia 2008, Am. J. Bot. 95: E, density, Poisson's ratio 0.38"},
+      {"paper", 1e8, 1e5, 1e3, "Stam 1997, appendix A: chosen for looks, far softer than wood"},
+  };
+  return presets;
+}
+
+const Material& find_material(const std::string& name) {
+  std::string names;
+  for (const Material& material : material_presets()) {
+    if (material.name == name) return material;
+    names += (names.empty() ? "" : ", ") + material.name;
+  }
+  throw InputError("material", "'" + name + "'", "one of " + names);
+}
+
+void check_material(const Material& material) {
+  const auto check = [](const char* what, double value, const char* unit) {
+    if (!std::isfinite(value) || value <= 0) {
+      throw InputError(what, std::to_string(value) + " " + unit, "a number above 0");
+    }
+  };
+  check("Young's modulus", material.youngs_modulus, "Pa");
+  check("shear modulus", material.shear_modulus, "Pa");
+  check("density", material.density, "kg/m^3");
+}
+
+}  // namespace tremula

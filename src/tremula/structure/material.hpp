@@ -1,0 +1,26 @@
+// What branches are made of, by name or by numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace tremula {
+
+struct Material {
+  std::string name = "custom";
+  double youngs_modulus = 0;  // E, along the grain [Pa]
+  double shear_modulus = 0;   // G, of torsion [Pa]
+  double density = 0;         // rho, as it stands: wood and water [kg/m^3]
+  std::string source;         // where the numbers come from
+};
+
+// "paper" (S appendix A), green wood by species, and "green-wood", the default.
+const std::vector<Material>& material_presets();
+
+// Throws InputError that lists the names there are.
+const Material& find_material(const std::string& name);
+
+// Throws InputError unless E, G and rho are finite and above 0.
+void check_material(const Material& material);
+
+}  // namespace tremula

@@ -1,0 +1,201 @@
+#include "tremula/structure/structure.hpp"
+
+#include <cmath>
+
+namespace tremula {
+namespace {
+
+std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
+
+// The square root of a branch's compliance: C = S S^T, S lower triangular in (deflection, slope).
+struct ComplianceRoot {
+  double axial, torsion, deflection, slope_deflection, slope;
+
+  explicit ComplianceRoot(const Compliance& c)
+      : axial(std::sqrt(c.axial)),
+        torsion(std::sqrt(c.torsion)),
+        deflection(std::sqrt(c.deflection)),
+        slope_deflection(c.deflection_slope / deflection),
+        slope(std::sqrt(c.slope - slope_deflection * slope_deflection)) {}
+};
+
+// A 6-vector at the end of a branch as along / twist scalars and two vectors across: for displacements v and
+// phi = theta x d, for wrenches the force across and moment x d, which is what does work on phi.
+struct Split {
+  double along, twist;
+  Vec3 across, bend;
+
+  Split(const Vec3& translation, const Vec3& rotation, const Vec3& direction)
+      : along(translation.dot(direction)),
+        twist(rotation.dot(direction)),
+        across(translation - along * direction),
+        bend(rotation.cross(direction)) {}
+  Split(double along_, double twist_, const Vec3& across_, const Vec3& bend_)
+      : along(along_), twist(twist_), across(across_), bend(bend_) {}
+
+  Vec3 translation(const Vec3& direction) const { return along * direction + across; }
+  Vec3 rotation(const Vec3& direction) const { return twist * direction + direction.cross(bend); }
+};
+
+// u = B^-1 e in place: from the roots to the tips, each branch is carried by its parent.
+void carry_to_tips(const Structure& structure, Eigen::VectorXd& u) {
+  for (int k = 0; k < structure.branch_count(); ++k) {
+    const int parent = structure.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 rotation = u.segment<3>(6 * parent + 3);
+    u.segment<3>(6 * k) += u.segment<3>(6 * parent) + rotation.cross(structure.reach[index_of(k)]);
+    u.segment<3>(6 * k + 3) += rotation;
+  }
+}
+
+// B^-T f in place: from the tips to the roots, each branch hands its wrench to its parent.
+void gather_to_roots(const Structure& structure, Eigen::VectorXd& f) {
+  for (int k = structure.branch_count() - 1; k >= 0; --k) {
+    const int parent = structure.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 force = f.segment<3>(6 * k);
+    f.segment<3>(6 * parent) += force;
+    f.segment<3>(6 * parent + 3) += f.segment<3>(6 * k + 3) + structure.reach[index_of(k)].cross(force);
+  }
+}
+
+template <class PerBranch>
+void for_each_branch_in_place(const Structure& structure, Eigen::VectorXd& vector, PerBranch&& map) {
+  for (int k = 0; k < structure.branch_count(); ++k) {
+    const Vec3& direction = structure.direction[index_of(k)];
+    const Split out = map(index_of(k), Split(vector.segment<3>(6 * k), vector.segment<3>(6 * k + 3), direction));
+    vector.segment<3>(6 * k) = out.translation(direction);
+    vector.segment<3>(6 * k + 3) = out.rotation(direction);
+  }
+}
+
+}  // namespace
+
+Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
+  check_material(options.material);
+  Structure structure;
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& branch = skeleton.branches[index_of(k)];
+    const Vec3& carrier = skeleton.node_position(branch.start_node);
+    structure.parent.push_back(skeleton.parent(k));
+    structure.direction.push_back((branch.end - branch.start).normalized());
+    structure.start_arm.push_back(branch.start - carrier);
+    structure.reach.push_back(branch.end - carrier);
+    structure.beams.push_back(make_beam(branch, options.material, options.section));
+    structure.compliances.push_back(compliance(structure.beams.back()));
+    structure.masses.push_back(consistent_mass(structure.beams.back(), options.rotatory_inertia));
+  }
+  for (const Leaf& leaf : skeleton.leaves) {
+    const std::size_t k = index_of(leaf.branch);
+    add_point_mass(structure.beams[k], leaf.position, leaf.mass, structure.masses[k]);
+  }
+  return structure;
+}
+
+EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement, int branch) {
+  EndDisplacements ends{Vec3::Zero(), Vec3::Zero(), displacement.segment<3>(6 * branch),
+                        displacement.segment<3>(6 * branch + 3)};
+  const int parent = structure.parent[index_of(branch)];
+  if (parent >= 0) {
+    ends.start_rotation = displacement.segment<3>(6 * parent + 3);
+    ends.start_translation =
+        displacement.segment<3>(6 * parent) + ends.start_rotation.cross(structure.start_arm[index_of(branch)]);
+  }
+  return ends;
+}
+
+Eigen::VectorXd apply_mass(const Structure& structure, const Eigen::VectorXd& displacement) {
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(displacement.size());
+  for (int k = 0; k < structure.branch_count(); ++k) {
+    const Vec3& direction = structure.direction[index_of(k)];
+    const ElementMass& mass = structure.masses[index_of(k)];
+    const EndDisplacements ends = end_displacements(structure, displacement, k);
+    const Split start(ends.start_translation, ends.start_rotation, direction);
+    const Split end(ends.end_translation, ends.end_rotation, direction);
+    const auto row = [&](int start_row, int a) {  // of the start (0) or the end (1)
+      const int b = start_row;
+      return Split(mass.axial(a, 0) * start.along + mass.axial(a, 1) * end.along,
+                   mass.torsion(a, 0) * start.twist + mass.torsion(a, 1) * end.twist,
+                   mass.bending(b, 0) * start.across + mass.bending(b, 1) * start.bend +
+                       mass.bending(b, 2) * end.across + mass.bending(b, 3) * end.bend,
+                   mass.bending(b + 1, 0) * start.across + mass.bending(b + 1, 1) * start.bend +
+                       mass.bending(b + 1, 2) * end.across + mass.bending(b + 1, 3) * end.bend);
+    };
+    const Split at_end = row(2, 1);
+    force.segment<3>(6 * k) += at_end.translation(direction);
+    force.segment<3>(6 * k + 3) += at_end.rotation(direction);
+    const int parent = structure.parent[index_of(k)];
+    if (parent >= 0) {
+      const Split at_start = row(0, 0);
+      const Vec3 start_force = at_start.translation(direction);
+      force.segment<3>(6 * parent) += start_force;
+      force.segment<3>(6 * parent + 3) +=
+          at_start.rotation(direction) + structure.start_arm[index_of(k)].cross(start_force);
+    }
+  }
+  return force;
+}
+
+Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorXd& displacement) {
+  Eigen::VectorXd wrench = displacement;
+  for (int k = structure.branch_count() - 1; k >= 0; --k) {  // e = B u
+    const int parent = structure.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
+    wrench.segment<3>(6 * k) -= displacement.segment<3>(6 * parent) + rotation.cross(structure.reach[index_of(k)]);
+    wrench.segment<3>(6 * k + 3) -= rotation;
+  }
+  for_each_branch_in_place(structure, wrench, [&](std::size_t k, const Split& e) {
+    const Compliance& c = structure.compliances[k];
+    const double determinant = c.deflection * c.slope - c.deflection_slope * c.deflection_slope;
+    return Split(e.along / c.axial, e.twist / c.torsion,
+                 (c.slope * e.across - c.deflection_slope * e.bend) / determinant,
+                 (c.deflection * e.bend - c.deflection_slope * e.across) / determinant);
+  });
+  Eigen::VectorXd force = wrench;
+  for (int k = 0; k < structure.branch_count(); ++k) {  // B^T
+    const int parent = structure.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 end_force = wrench.segment<3>(6 * k);
+    force.segment<3>(6 * parent) -= end_force;
+    force.segment<3>(6 * parent + 3) -= wrench.segment<3>(6 * k + 3) + structure.reach[index_of(k)].cross(end_force);
+  }
+  return force;
+}
+
+Eigen::VectorXd solve_static(const Structure& structure, const Eigen::VectorXd& force) {
+  Eigen::VectorXd vector = force;
+  gather_to_roots(structure, vector);
+  for_each_branch_in_place(structure, vector, [&](std::size_t k, const Split& wrench) {
+    const Compliance& c = structure.compliances[k];
+    return Split(c.axial * wrench.along, c.torsion * wrench.twist,
+                 c.deflection * wrench.across + c.deflection_slope * wrench.bend,
+                 c.deflection_slope * wrench.across + c.slope * wrench.bend);
+  });
+  carry_to_tips(structure, vector);
+  return vector;
+}
+
+Eigen::VectorXd displacement_from_compliance_form(const Structure& structure, const Eigen::VectorXd& s) {
+  Eigen::VectorXd vector = s;
+  for_each_branch_in_place(structure, vector, [&](std::size_t k, const Split& in) {
+    const ComplianceRoot root(structure.compliances[k]);
+    return Split(root.axial * in.along, root.torsion * in.twist, root.deflection * in.across,
+                 root.slope_deflection * in.across + root.slope * in.bend);
+  });
+  carry_to_tips(structure, vector);
+  return vector;
+}
+
+Eigen::VectorXd apply_compliance_form(const Structure& structure, const Eigen::VectorXd& s) {
+  Eigen::VectorXd vector = apply_mass(structure, displacement_from_compliance_form(structure, s));
+  gather_to_roots(structure, vector);
+  for_each_branch_in_place(structure, vector, [&](std::size_t k, const Split& wrench) {  // S^T
+    const ComplianceRoot root(structure.compliances[k]);
+    return Split(root.axial * wrench.along, root.torsion * wrench.twist,
+                 root.deflection * wrench.across + root.slope_deflection * wrench.bend, root.slope * wrench.bend);
+  });
+  return vector;
+}
+
+}  // namespace tremula
