@@ -1,0 +1,77 @@
+#include "tremula/deformation/pose.hpp"
+
+namespace tremula {
+namespace {
+
+struct EndMotion {
+  Vec3 translation, rotation;
+};
+
+// The ends of a branch, the first carried rigidly from its node to the start of the branch.
+EndMotion start_motion(const Skeleton& skeleton, const Displacement& displacement, int branch) {
+  const int parent = skeleton.parent(branch);
+  if (parent < 0) return {Vec3::Zero(), Vec3::Zero()};
+  const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
+  const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
+  const Vec3 arm = self.start - skeleton.node_position(self.start_node);
+  return {displacement.segment<3>(6 * parent) + rotation.cross(arm), rotation};
+}
+
+}  // namespace
+
+Displacement displacement_at(const Modes& modes, const Motion& motion, double time, Interpolation interpolation) {
+  const Eigen::VectorXd coordinates = coordinates_at(motion, time, interpolation);
+  // Mode by mode: the same order of additions for every frame, alone or in a sequence.
+  Displacement displacement = motion.lean;
+  for (Eigen::Index r = 0; r < coordinates.size(); ++r) displacement += coordinates[r] * modes.shapes.col(r);
+  return displacement;
+}
+
+BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s) {
+  const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
+  const EndMotion start = start_motion(skeleton, displacement, branch);
+  const EndMotion end{displacement.segment<3>(6 * branch), displacement.segment<3>(6 * branch + 3)};
+  const Vec3 chord = self.end - self.start;
+  const double length = chord.norm();
+  const Vec3 direction = chord / length;
+
+  // Hermite's cubics across the branch, from the deflections and slopes theta x d at the ends; linear along it.
+  const double s2 = s * s, s3 = s2 * s;
+  const Vec3 slope0 = length * start.rotation.cross(direction), slope1 = length * end.rotation.cross(direction);
+  const Vec3 cubic = (1 - 3 * s2 + 2 * s3) * start.translation + (s - 2 * s2 + s3) * slope0 +
+                     (3 * s2 - 2 * s3) * end.translation + (s3 - s2) * slope1;
+  const Vec3 straight = (1 - s) * start.translation + s * end.translation;
+  const Vec3 slope = ((6 * s2 - 6 * s) * (start.translation - end.translation) + (1 - 4 * s + 3 * s2) * slope0 +
+                      (3 * s2 - 2 * s) * slope1) /
+                     length;
+  const double twist = ((1 - s) * start.rotation + s * end.rotation).dot(direction);
+
+  BranchPoint point;
+  point.displacement = cubic + (straight - cubic).dot(direction) * direction;
+  point.rotation = twist * direction + direction.cross(slope);
+  return point;
+}
+
+SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface, const Displacement& displacement) {
+  SurfaceDelta delta;
+  delta.position.resize(surface.vertex_count());
+  delta.normal.resize(surface.vertex_count());
+  BranchPoint point;
+  Vec3 axis_point = Vec3::Zero();
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    const int branch = surface.branch[i];
+    // The vertices of a ring or a leaf stand one after the other: their cross section is worked out once.
+    if (i == 0 || branch != surface.branch[i - 1] || surface.along[i] != surface.along[i - 1]) {
+      const double s = static_cast<double>(surface.along[i]);
+      const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
+      point = branch_point(skeleton, displacement, branch, s);
+      axis_point = self.start + s * (self.end - self.start);
+    }
+    const Vec3 arm = surface.position[i].cast<double>() - axis_point;
+    delta.position[i] = (point.displacement + point.rotation.cross(arm)).cast<float>();
+    delta.normal[i] = point.rotation.cross(surface.normal[i].cast<double>()).cast<float>();
+  }
+  return delta;
+}
+
+}  // namespace tremula
