@@ -1,0 +1,147 @@
+#include "tremula/dynamics/loads.hpp"
+
+#include <cmath>
+#include <string>
+
+#include "tremula/base/error.hpp"
+#include "tremula/numerics/quadrature.hpp"
+
+namespace tremula {
+namespace {
+
+using Matrix12x3 = Eigen::Matrix<double, 12, 3>;
+
+// A force at s on the axis as forces on the two ends: the transpose of S eq. 1, B before it is integrated (S eq. 4).
+// A force across the branch makes moments d x f on the slopes.
+Matrix12x3 end_forces(const Beam& beam, const Vec3& direction, double s) {
+  const Shape shape = shape_at(beam, s);
+  const Mat3 along = direction * direction.transpose();
+  const Mat3 across = Mat3::Identity() - along;
+  Mat3 cross;
+  cross << 0, -direction[2], direction[1], direction[2], 0, -direction[0], -direction[1], direction[0], 0;
+  Matrix12x3 forces;
+  forces << shape.axial[0] * along + shape.deflection[0] * across, shape.deflection[1] * cross,
+      shape.axial[1] * along + shape.deflection[2] * across, shape.deflection[3] * cross;
+  return forces;
+}
+
+// Drag of 1/2 rho C A |u| u on the part u of the wind that counts, linearised about its mean: A C rho/2 |U| (P + n n^T).
+struct Drag {
+  Mat3 per_velocity = Mat3::Zero();
+  Vec3 mean = Vec3::Zero();
+};
+
+Drag linearise(double half_rho_c_area, const Mat3& projection, const Vec3& mean_wind) {
+  const Vec3 normal_wind = projection * mean_wind;
+  const double speed = normal_wind.norm();
+  if (speed == 0) return {};
+  const Vec3 n = normal_wind / speed;
+  return {half_rho_c_area * speed * (projection + n * n.transpose()), half_rho_c_area * speed * normal_wind};
+}
+
+void check_options(const LoadOptions& options) {
+  const auto check = [](const char* what, double value) {
+    if (!std::isfinite(value) || value < 0) throw InputError(what, std::to_string(value), "0 or more");
+  };
+  check("air density", options.air_density);
+  check("branch drag coefficient", options.branch_drag_coefficient);
+  check("leaf drag coefficient", options.leaf_drag_coefficient);
+}
+
+template <class Scalar>
+void add_end_forces(const Structure& structure, int k, const Eigen::Matrix<Scalar, 12, 1>& ends,
+                    Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& force) {
+  force.template segment<6>(6 * k) += ends.template tail<6>();
+  const int parent = structure.parent[static_cast<std::size_t>(k)];
+  if (parent < 0) return;
+  const Eigen::Matrix<Scalar, 3, 1> at_start = ends.template head<3>();
+  force.template segment<3>(6 * parent) += at_start;
+  force.template segment<3>(6 * parent + 3) +=
+      ends.template segment<3>(3) + structure.start_arm[static_cast<std::size_t>(k)].cross(at_start);
+}
+
+}  // namespace
+
+Eigen::Matrix3Xd load_points(const Skeleton& skeleton) {
+  Eigen::Matrix3Xd points(3, skeleton.branch_count());
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
+    points.col(k) = 0.5 * (branch.start + branch.end);
+  }
+  return points;
+}
+
+Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, const Eigen::Matrix3Xd& mean_wind,
+                      const LoadOptions& options) {
+  check_options(options);
+  static const std::vector<QuadraturePoint> quadrature = gauss_legendre(4);
+  Loads loads{load_points(skeleton), {}};
+  loads.branches.reserve(static_cast<std::size_t>(skeleton.branch_count()));
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const auto index = static_cast<std::size_t>(k);
+    const Beam& beam = structure.beams[index];
+    const Vec3& direction = structure.direction[index];
+    const Mat3 projection = Mat3::Identity() - direction * direction.transpose();
+    BranchLoad load{Matrix12x3::Zero(), Eigen::Matrix<double, 12, 1>::Zero()};
+    const double mean_radius = 0.5 * (beam.start_radius + beam.end_radius);
+    const Drag per_diameter = linearise(0.5 * options.air_density * options.branch_drag_coefficient, projection,
+                                        mean_wind.col(k));
+    for (const QuadraturePoint& point : quadrature) {
+      const Matrix12x3 forces = beam.length * point.weight * end_forces(beam, direction, point.position);
+      if (options.model == LoadModel::paper) {
+        load.per_velocity +=
+            options.air_density * options.branch_drag_coefficient * mean_radius * forces * projection;
+        continue;
+      }
+      const double diameter =
+          2 * (beam.start_radius + point.position * (beam.end_radius - beam.start_radius));
+      load.per_velocity += diameter * forces * per_diameter.per_velocity;
+      load.mean += diameter * forces * per_diameter.mean;
+    }
+    loads.branches.push_back(load);
+  }
+  if (options.model == LoadModel::paper) return loads;
+  for (const Leaf& leaf : skeleton.leaves) {
+    const auto index = static_cast<std::size_t>(leaf.branch);
+    const Drag drag = linearise(0.5 * options.air_density * options.leaf_drag_coefficient * leaf.area,
+                                Mat3::Identity(), mean_wind.col(leaf.branch));
+    const Matrix12x3 forces = end_forces(structure.beams[index], structure.direction[index], leaf.position);
+    loads.branches[index].per_velocity += forces * drag.per_velocity;
+    loads.branches[index].mean += forces * drag.mean;
+  }
+  return loads;
+}
+
+Eigen::VectorXd mean_force(const Structure& structure, const Loads& loads) {
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
+  for (int k = 0; k < structure.branch_count(); ++k) {
+    add_end_forces<double>(structure, k, loads.branches[static_cast<std::size_t>(k)].mean, force);
+  }
+  return force;
+}
+
+Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads, const Eigen::Matrix3Xd& velocity) {
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
+  for (int k = 0; k < structure.branch_count(); ++k) {
+    add_end_forces<double>(structure, k,
+                           loads.branches[static_cast<std::size_t>(k)].per_velocity * velocity.col(k), force);
+  }
+  return force;
+}
+
+Eigen::MatrixXd modal_participation(const Structure& structure, const Loads& loads, const Eigen::MatrixXd& shapes) {
+  Eigen::MatrixXd participation(3 * structure.branch_count(), shapes.cols());
+  for (Eigen::Index r = 0; r < shapes.cols(); ++r) {
+    const Eigen::VectorXd shape = shapes.col(r);
+    for (int k = 0; k < structure.branch_count(); ++k) {
+      const EndDisplacements ends = end_displacements(structure, shape, k);
+      Eigen::Matrix<double, 12, 1> stacked;
+      stacked << ends.start_translation, ends.start_rotation, ends.end_translation, ends.end_rotation;
+      participation.block<3, 1>(3 * k, r) =
+          loads.branches[static_cast<std::size_t>(k)].per_velocity.transpose() * stacked;
+    }
+  }
+  return participation;
+}
+
+}  // namespace tremula

@@ -1,0 +1,50 @@
+// What the wind does to a structure: nodal forces from the velocity at one point of each branch.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "tremula/geometry/skeleton.hpp"
+#include "tremula/structure/structure.hpp"
+
+namespace tremula {
+
+enum class LoadModel {
+  linearised,  // of 1/2 rho C_D D |v_n| v_n about the mean wind (errata S6); leaves likewise
+  paper,       // rho C_D r P v as S eq. 3 prints it: no mean wind in it, no leaves
+};
+
+struct LoadOptions {
+  LoadModel model = LoadModel::linearised;
+  double air_density = 1.2;              // [kg/m^3] (S section 2)
+  double branch_drag_coefficient = 1.2;  // of a cylinder across the flow, on its diameter
+  double leaf_drag_coefficient = 0.25;   // of foliage that folds in the wind, on one side of its area
+};
+
+// Per branch k, with the wind v_k at its middle: force on the ends (start translation, start rotation, end
+// translation, end rotation; world axes) = mean + per_velocity * v_k. One wind per branch, as S eq. 4 has it.
+struct BranchLoad {
+  Eigen::Matrix<double, 12, 3> per_velocity;  // [N s/m, N s]
+  Eigen::Matrix<double, 12, 1> mean;          // [N, N m]
+};
+struct Loads {
+  Eigen::Matrix3Xd points;           // (3 x N) middles of the branches at rest [m]
+  std::vector<BranchLoad> branches;  // (N)
+};
+
+// The middles of the branches: where the loads want to know the wind. (3 x N) [m]
+Eigen::Matrix3Xd load_points(const Skeleton& skeleton);
+
+// mean_wind (3 x N) [m/s] at load_points. Throws InputError for densities or coefficients below 0.
+Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, const Eigen::Matrix3Xd& mean_wind,
+                      const LoadOptions& options = {});
+
+// Nodal forces (6N) of the loads on all branches under the mean wind, and of a fluctuation v (3 x N).
+Eigen::VectorXd mean_force(const Structure& structure, const Loads& loads);
+Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads, const Eigen::Matrix3Xd& velocity);
+
+// Modal forces are participation^T * (v_x, v_y, v_z of branch 0, 1, …): (3N x m), real, the same for every
+// frequency. shapes (6N x m).
+Eigen::MatrixXd modal_participation(const Structure& structure, const Loads& loads, const Eigen::MatrixXd& shapes);
+
+}  // namespace tremula

@@ -1,0 +1,49 @@
+#include "tremula/dynamics/response.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <complex>
+#include <string>
+
+#include "tremula/base/error.hpp"
+#include "tremula/numerics/fft.hpp"
+
+namespace tremula {
+
+Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeAxis& axis,
+                               const VelocityAtBin& velocity) {
+  Eigen::MatrixXcd modal_forces(axis.bin_count(), participation.cols());
+  // Every bin is worked out by one thread in one order, so the threads do not show in the result.
+  tbb::parallel_for(0, axis.bin_count(), [&](int bin) {
+    const Eigen::Matrix3Xcd wind = velocity(bin);
+    const Eigen::VectorXcd stacked = wind.reshaped();
+    Eigen::VectorXcd force(participation.cols());
+    force.real().noalias() = participation.transpose() * stacked.real();
+    force.imag().noalias() = participation.transpose() * stacked.imag();
+    modal_forces.row(bin) = force.transpose();
+  });
+  return modal_forces;
+}
+
+Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis, const Damping& damping,
+               const Eigen::VectorXd& lean) {
+  const double given = damping.mass_proportional.value_or(damping.ratio);
+  if (!std::isfinite(given) || given <= 0) {
+    throw InputError(damping.mass_proportional ? "mass-proportional damping" : "damping ratio",
+                     std::to_string(given), "a number above 0");
+  }
+  Eigen::MatrixXcd coordinates(modal_forces.rows(), modal_forces.cols());
+  const Eigen::VectorXd mode_omega = modes.omega();
+  for (Eigen::Index r = 0; r < modal_forces.cols(); ++r) {
+    const double damping_rate = damping.mass_proportional.value_or(2 * damping.ratio * mode_omega[r]);
+    for (int bin = 0; bin < axis.bin_count(); ++bin) {
+      const double omega = axis.omega(bin);
+      coordinates(bin, r) = modal_forces(bin, r) / std::complex(mode_omega[r] * mode_omega[r] - omega * omega,
+                                                                damping_rate * omega);
+    }
+  }
+  return {axis.period, samples_from_half_spectra(coordinates, axis.sample_count), lean};
+}
+
+}  // namespace tremula

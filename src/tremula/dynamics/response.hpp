@@ -1,0 +1,34 @@
+// From the wind to the motion, in the frequency domain (S section 3, 5 and 6).
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+
+#include "tremula/dynamics/motion.hpp"
+#include "tremula/modes/modes.hpp"
+#include "tremula/numerics/time_axis.hpp"
+
+namespace tremula {
+
+// Gives the Fourier coefficients of the wind at the load points for a bin: (3 x N) [m/s]. Called from several
+// threads at once, for each bin once.
+using VelocityAtBin = std::function<Eigen::Matrix3Xcd(int bin)>;
+
+// Modal forces for every bin, one wind field at a time: never more than a bin of wind per thread is held.
+// participation (3N x m) -> (M/2+1 x m)
+Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeAxis& axis,
+                               const VelocityAtBin& velocity);
+
+struct Damping {
+  double ratio = 0.05;                      // zeta of every mode: c_r = 2 zeta omega_r
+  std::optional<double> mass_proportional;  // alpha [1/s] instead: c_r = alpha (S section 2)
+};
+
+// S eq. 7 in every bin, the loop by inverse FFT:
+//   y_r(omega) = f_r(omega) / (omega_r^2 - omega^2 + i c_r omega),  omega = 2 pi p/T (errata S2).
+// modal_forces (M/2+1 x m); lean (6N) goes into the Motion as it is.
+Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis, const Damping& damping,
+               const Eigen::VectorXd& lean);
+
+}  // namespace tremula
