@@ -1,24 +1,31 @@
-// The skin of a skeleton: tubes along its axes and a card for every leaf, as one indexed triangle mesh. Each vertex
-// knows the branch that carries it and where along the branch, so that any deformation of the branches moves it.
+// The skin of a skeleton: tubes along its axes and a card for every leaf, as one indexed triangle mesh. Each
+// vertex knows the branch that carries it and where along the branch, so that any deformation of the branches
+// moves it.
 #pragma once
-
-#include <cstdint>
-#include <vector>
 
 #include "tremula/base/types.hpp"
 #include "tremula/geometry/skeleton.hpp"
 
+#include <cstdint>
+#include <vector>
+
 namespace tremula {
+
+// Vertices and triangles of one leaf: midrib (base, middle, tip) and two points of the edge on either side.
+inline constexpr std::uint32_t leaf_vertices = 7;
+inline constexpr std::uint32_t leaf_triangle_count = 6;
 
 // Structure of arrays; all vertex arrays have one length V. Float: this is for pictures and files.
 struct Surface {
-  std::vector<Eigen::Vector3f> position;     // (V) [m] at rest, z up
-  std::vector<Eigen::Vector3f> normal;       // (V) unit
-  std::vector<Eigen::Vector2f> texture;      // (V) bark: u around (0–1), v along in circumferences; leaf: 0–1
-  std::vector<std::int32_t> branch;          // (V) the branch that carries the vertex
-  std::vector<float> along;                  // (V) position along that branch, 0 start to 1 end
-  std::vector<std::uint32_t> bark_triangles; // (3 per triangle) counter-clockwise seen from outside
-  std::vector<std::uint32_t> leaf_triangles; // (3 per triangle) upper side counter-clockwise; both sides visible
+  std::vector<Eigen::Vector3f> position;  // (V) [m] at rest, z up
+  std::vector<Eigen::Vector3f> normal;    // (V) unit
+  std::vector<Eigen::Vector2f> texture;  // (V) bark: u around (0–1), v along in circumferences; leaf: 0–1
+  std::vector<std::int32_t> branch;      // (V) the branch that carries the vertex
+  std::vector<float> along;              // (V) position along that branch, 0 start to 1 end
+  std::vector<std::uint32_t> bark_triangles;  // (3 per triangle) counter-clockwise seen from outside
+  std::vector<std::uint32_t>
+      leaf_triangles;                   // (3 per triangle) upper side counter-clockwise; both sides visible
+  std::uint32_t first_leaf_vertex = 0;  // leaf l owns leaf_vertices vertices from here + l * leaf_vertices on
   Eigen::Vector3f bark_color{0.36F, 0.29F, 0.22F};  // sRGB, 0–1
   Eigen::Vector3f leaf_color{0.29F, 0.44F, 0.16F};  // sRGB, 0–1
 
@@ -26,9 +33,10 @@ struct Surface {
 };
 
 struct SurfaceOptions {
-  int max_sides = 10;          // of the thickest tube; thin twigs get fewer, never below min_sides
-  int min_sides = 3;
-  int bend_subdivisions = 1;   // rings a branch gets besides those at its ends, for its cubic curve
+  int max_sides = 10;         // of the thickest tube; thin twigs get fewer, never below min_sides; <= 256
+  int min_sides = 3;          // >= 3
+  int bend_subdivisions = 1;  // rings a branch gets besides those at its ends, for its cubic curve; one that
+                              // is no longer than thick gets none; 0 … 64
   bool leaves = true;
 };
 
@@ -36,8 +44,11 @@ struct SurfaceOptions {
 // (thickest and straightest), the others start axes of their own. Branch indices from base to tip.
 std::vector<std::vector<int>> split_into_axes(const Skeleton& skeleton);
 
-// Tubes follow the axes with smooth radii and mitred joints; a side axis starts inside the one it springs from.
-// The tip of an axis is closed with one vertex that lies exactly on the end node of its last branch.
+// Tubes follow the axes with smooth radii and mitred joints; a side axis starts in a collar on the skin of
+// the one it springs from. Every tube is closed: at its base by a disc, at its tip by one vertex that lies
+// exactly on the end node of its last branch. A ring at a node that two branches of an axis share belongs to
+// the lower one, at along = 1. Bark comes first, then leaves. Takes what check_skeleton accepts, and branches
+// of no length besides. Throws InputError for options out of range.
 Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options = {});
 
 }  // namespace tremula

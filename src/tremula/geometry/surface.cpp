@@ -1,0 +1,409 @@
+#include "tremula/geometry/surface.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/geometry/axes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <string>
+
+#include <Eigen/Geometry>
+
+namespace tremula {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+// What is known of the tube around every branch before any of it is meshed. (N) each.
+struct Tubes {
+  std::vector<std::vector<int>> axes;
+  std::vector<Vec3> direction;
+  std::vector<Vec3> end_tangent;  // of the axis, half-way between the branch and its continuation
+  std::vector<double> start_radius;
+  std::vector<double> end_radius;
+  std::vector<int> sides;
+  std::vector<char> is_tip;
+};
+
+Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
+  const double length = v.norm();
+  return length > 1e-9 ? Vec3(v / length) : otherwise;
+}
+
+// The cylinders of scans have one radius each and step at every node. The geometric mean of both sides turns
+// stairs into a taper, and a trunk that ends in twigs into a short taper rather than a long cone.
+Tubes measure_tubes(const Skeleton& skeleton, const SurfaceOptions& options) {
+  const std::size_t count = skeleton.branches.size();
+  Tubes tubes{split_into_axes(skeleton), branch_directions(skeleton), {}, {}, {}, {}, {}};
+  tubes.end_tangent = tubes.direction;
+  tubes.start_radius.resize(count);
+  tubes.end_radius.resize(count);
+  tubes.sides.resize(count);
+  tubes.is_tip.resize(count);
+  double thickest = 0;
+  for (const Branch& branch : skeleton.branches)
+    thickest = std::max({thickest, branch.start_radius, branch.end_radius});
+  for (const std::vector<int>& axis : tubes.axes) {
+    double radius = 0;
+    for (std::size_t i = 0; i < axis.size(); ++i) {
+      const std::size_t k = at(axis[i]);
+      tubes.end_radius[k] = skeleton.branches[k].end_radius;
+      if (i == 0) {
+        tubes.start_radius[k] = skeleton.branches[k].start_radius;
+      } else {
+        const std::size_t below = at(axis[i - 1]);
+        const double shared = std::sqrt(tubes.end_radius[below] * skeleton.branches[k].start_radius);
+        tubes.end_radius[below] = tubes.start_radius[k] = shared;
+        tubes.end_tangent[below] =
+            unit_or(tubes.direction[below] + tubes.direction[k], tubes.direction[below]);
+      }
+      radius = std::max(radius, tubes.start_radius[k]);
+    }
+    tubes.is_tip[at(axis.back())] = 1;
+    const auto sides = static_cast<int>(std::lround(options.max_sides * std::sqrt(radius / thickest)));
+    for (const int k : axis) tubes.sides[at(k)] = std::clamp(sides, options.min_sides, options.max_sides);
+  }
+  return tubes;
+}
+
+// The smallest rotation that takes unit vector `from` to `to`, applied to `v` at right angles to `from`; a
+// frame carried along an axis this way does not twist.
+Vec3 transport(const Vec3& v, const Vec3& from, const Vec3& to) {
+  const Vec3 sum = from + to;
+  const double scale = 1 + from.dot(to);
+  const Vec3 turned = scale > 1e-9 ? Vec3(v - sum * (v.dot(to) / scale)) : v;
+  return unit_or(turned - to * turned.dot(to), to.unitOrthogonal());
+}
+
+// An axis by the distance along it from its base. A rigid arm between two of its branches adds none.
+struct Path {
+  std::span<const int> branches;  // (n)
+  std::vector<double> distance;   // (n + 1) of base and nodes
+  std::vector<double> turns;      // (n + 1) the same in circumferences
+  std::vector<Vec3> side;         // (n) with the direction, the frame of each branch
+};
+
+// A cross section: centre, frame and size, and what the skin there hangs on.
+struct Section {
+  int branch;
+  double along;
+  Vec3 centre, direction, side, across;
+  double radius;
+  double slope;  // of the radius along the axis
+  double turns;
+};
+
+Path lay_path(const Skeleton& skeleton, const Tubes& tubes, std::span<const int> axis) {
+  Path path{axis, {0.0}, {0.0}, {}};
+  for (std::size_t i = 0; i < axis.size(); ++i) {
+    const std::size_t k = at(axis[i]);
+    const double length = skeleton.branches[k].length();
+    path.distance.push_back(path.distance.back() + length);
+    path.turns.push_back(path.turns.back() + length / (pi * (tubes.start_radius[k] + tubes.end_radius[k])));
+    const Vec3& direction = tubes.direction[k];
+    if (i == 0) {
+      // One rule for all axes, so that a small change of the tree is a small change of its skin.
+      const Vec3 reference = std::abs(direction.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+      path.side.push_back((reference - direction * reference.dot(direction)).normalized());
+    } else {
+      path.side.push_back(transport(path.side.back(), tubes.direction[at(axis[i - 1])], direction));
+    }
+  }
+  return path;
+}
+
+Section section_of(const Skeleton& skeleton, const Tubes& tubes, const Path& path, std::size_t i,
+                   double along) {
+  const int branch = path.branches[i];
+  const std::size_t k = at(branch);
+  const Branch& b = skeleton.branches[k];
+  const double rise = tubes.end_radius[k] - tubes.start_radius[k];
+  const double length = path.distance[i + 1] - path.distance[i];
+  Section s;
+  s.branch = branch;
+  s.along = along;
+  s.centre = b.start + along * (b.end - b.start);
+  s.direction = tubes.direction[k];
+  s.side = path.side[i];
+  s.across = s.direction.cross(s.side);
+  s.radius = tubes.start_radius[k] + along * rise;
+  s.slope = length > 0 ? std::clamp(rise / length, -2.0, 2.0) : 0.0;
+  s.turns = path.turns[i] + along * (path.turns[i + 1] - path.turns[i]);
+  return s;
+}
+
+Section section_at(const Skeleton& skeleton, const Tubes& tubes, const Path& path, double distance) {
+  const auto above = std::upper_bound(path.distance.begin() + 1, path.distance.end() - 1, distance);
+  const auto i = static_cast<std::size_t>(above - path.distance.begin()) - 1;
+  const double length = path.distance[i + 1] - path.distance[i];
+  const double along = length > 0 ? std::clamp((distance - path.distance[i]) / length, 0.0, 1.0) : 1.0;
+  return section_of(skeleton, tubes, path, i, along);
+}
+
+Vec3 spoke(const Section& s, double angle) { return std::cos(angle) * s.side + std::sin(angle) * s.across; }
+
+// Rings of one tube, joined as they come.
+class TubeWriter {
+ public:
+  TubeWriter(Surface& surface, int sides) : surface_(surface), sides_(static_cast<std::uint32_t>(sides)) {}
+
+  double angle(std::uint32_t i) const { return 2 * pi * (i % sides_) / sides_; }
+  std::uint32_t sides() const { return sides_; }
+
+  // vertex(i) for i = 0 … sides; the last lies on the first and closes the seam of the texture.
+  template <typename Vertex>
+  void add_ring(const Vertex& vertex) {
+    const auto first = static_cast<std::uint32_t>(surface_.position.size());
+    for (std::uint32_t i = 0; i <= sides_; ++i) vertex(i);
+    if (rings_++ == 0) {
+      for (std::uint32_t i = 1; i + 1 < sides_; ++i) add_triangle(first, first + i + 1, first + i);
+    } else {
+      for (std::uint32_t i = 0; i < sides_; ++i) {
+        add_triangle(ring_ + i, ring_ + i + 1, first + i + 1);
+        add_triangle(ring_ + i, first + i + 1, first + i);
+      }
+    }
+    ring_ = first;
+  }
+
+  void add_vertex(const Vec3& position, const Vec3& normal, double u, double v, int branch, double along) {
+    surface_.position.emplace_back(position.cast<float>());
+    surface_.normal.emplace_back(normal.cast<float>());
+    surface_.texture.emplace_back(static_cast<float>(u), static_cast<float>(v));
+    surface_.branch.push_back(branch);
+    surface_.along.push_back(static_cast<float>(along));
+  }
+
+  // A ring across the axis; `tangent` tilts it half-way between two branches that meet at a bend.
+  void add_section(const Section& s, const Vec3& tangent) {
+    Section tilted = s;
+    tilted.direction = tangent;
+    tilted.side = transport(s.side, s.direction, tangent);
+    tilted.across = tangent.cross(tilted.side);
+    // A mitre is an ellipse: longer in the plane of the bend, so that neither tube is pinched. Sharp bends
+    // are.
+    const double cosine = s.direction.dot(tangent);
+    const Vec3 in_bend = unit_or(s.direction - tangent * cosine, Vec3::Zero());
+    const double stretch = std::min(1 / std::max(cosine, 0.1), 1.5) - 1;
+    const double tilt = std::hypot(1.0, s.slope);
+    add_ring([&](std::uint32_t i) {
+      const Vec3 out = spoke(tilted, angle(i));
+      const Vec3 offset = s.radius * (out + in_bend * (stretch * out.dot(in_bend)));
+      add_vertex(s.centre + offset, (out - s.slope * tangent) / tilt, static_cast<double>(i) / sides_,
+                 s.turns, s.branch, s.along);
+    });
+  }
+
+  void close(const Section& tip) {
+    const auto apex = static_cast<std::uint32_t>(surface_.position.size());
+    add_vertex(tip.centre, tip.direction, 0.5, tip.turns, tip.branch, 1.0);
+    for (std::uint32_t i = 0; i < sides_; ++i) add_triangle(ring_ + i, ring_ + i + 1, apex);
+  }
+
+ private:
+  void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    surface_.bark_triangles.insert(surface_.bark_triangles.end(), {a, b, c});
+  }
+
+  Surface& surface_;
+  std::uint32_t sides_;
+  std::uint32_t ring_ = 0;  // first vertex of the last ring
+  int rings_ = 0;
+};
+
+// Where a side axis leaves the tube it springs from: that tube seen as a cylinder, and for every corner of
+// the side axis' first ring the distance at which it comes out of it. From there to `end` the skin goes over
+// from the one to the other.
+struct Collar {
+  Vec3 centre, tangent;      // of the tube below
+  double flare = 0;          // share by which the first ring is wider
+  std::vector<double> root;  // (sides) [m] along the axis
+  double end = 0;            // [m] along the axis; 0: there is no collar
+};
+
+// Distance along the path at which the line at `angle` and `radius` from it leaves the cylinder, at most
+// `limit`.
+double exit_distance(const Skeleton& skeleton, const Tubes& tubes, const Path& path, const Collar& collar,
+                     double cylinder_radius, double angle, double radius, double limit) {
+  const auto across = [&](const Vec3& v) -> Vec3 { return v - collar.tangent * v.dot(collar.tangent); };
+  const double wall = cylinder_radius * cylinder_radius;
+  for (std::size_t i = 0; i < path.branches.size() && path.distance[i] < limit; ++i) {
+    const Section s = section_of(skeleton, tubes, path, i, 0);
+    const Vec3 from = across(s.centre + radius * spoke(s, angle) - collar.centre);
+    const Vec3 step = across(s.direction);
+    const double outside = from.squaredNorm() - wall;
+    if (outside >= 0) return path.distance[i];
+    const double a = step.squaredNorm();
+    const double b = from.dot(step);
+    const double length = path.distance[i + 1] - path.distance[i];
+    if (a < 1e-12) continue;
+    const double exit = (-b + std::sqrt(b * b - a * outside)) / a;
+    if (exit < length) return std::min(path.distance[i] + exit, limit);
+  }
+  return limit;
+}
+
+Collar find_collar(const Skeleton& skeleton, const Tubes& tubes, const Path& path) {
+  Collar collar;
+  const int first = path.branches.front();
+  const int below = skeleton.parent(first);
+  if (below < 0) return collar;
+  const std::size_t p = at(below);
+  const Branch& carrier = skeleton.branches[p];
+  const Vec3 span = carrier.end - carrier.start;
+  const Vec3 start = skeleton.branches[at(first)].start;
+  const double where = span.squaredNorm() > 0
+                           ? std::clamp((start - carrier.start).dot(span) / span.squaredNorm(), 0.0, 1.0)
+                           : 1.0;
+  if (tubes.is_tip[p] && where > 0.7) return collar;  // the tube below closes here
+  collar.centre = carrier.start + where * span;
+  collar.tangent = where > 0.999 ? tubes.end_tangent[p] : tubes.direction[p];
+
+  // The mesh of the tube below lies inside its radius by what its flat sides cut off.
+  const double outer = tubes.start_radius[p] + where * (tubes.end_radius[p] - tubes.start_radius[p]);
+  const double inner = 0.97 * outer * std::cos(pi / tubes.sides[p]);
+  const double radius = tubes.start_radius[at(first)];
+  const double total = path.distance.back();
+  const double limit = std::min(0.5 * total, 6 * outer);
+  collar.flare = std::clamp(0.92 * inner / radius - 1, 0.0, 0.5);
+  double farthest = 0;
+  const int sides = tubes.sides[at(first)];
+  for (int i = 0; i < sides; ++i) {
+    collar.root.push_back(exit_distance(skeleton, tubes, path, collar, inner, 2 * pi * i / sides,
+                                        radius * (1 + collar.flare), limit));
+    farthest = std::max(farthest, collar.root.back());
+  }
+  if (farthest > 0) collar.end = std::min(farthest + 1.5 * radius, 0.7 * total);
+  return collar;
+}
+
+// The ring a share t of the way from the collar's root (0: on the tube below, facing as that does) to its
+// end.
+void add_collar_ring(const Skeleton& skeleton, const Tubes& tubes, const Path& path, const Collar& collar,
+                     double t, TubeWriter& writer) {
+  const double grown = (1 - t) * (1 - t);
+  writer.add_ring([&](std::uint32_t i) {
+    const double root = collar.root[i % writer.sides()];
+    const Section s = section_at(skeleton, tubes, path, root + t * (collar.end - root));
+    const Vec3 out = spoke(s, writer.angle(i));
+    const Vec3 position = s.centre + s.radius * (1 + collar.flare * grown) * out;
+    const Vec3 own = (out - s.slope * s.direction).normalized();
+    const Vec3 away = position - collar.centre;
+    const Vec3 below = unit_or(away - collar.tangent * away.dot(collar.tangent), own);
+    const Vec3 normal = unit_or((1 - grown) * own + grown * below, own);
+    writer.add_vertex(position, normal, static_cast<double>(i) / writer.sides(), s.turns, s.branch, s.along);
+  });
+}
+
+void mesh_axis(const Skeleton& skeleton, const Tubes& tubes, const Path& path, const SurfaceOptions& options,
+               Surface& surface) {
+  const int sides = tubes.sides[at(path.branches.front())];
+  TubeWriter writer(surface, sides);
+  double last = 0;  // distance of the last ring
+  const Collar collar = find_collar(skeleton, tubes, path);
+  if (collar.end > 0) {
+    add_collar_ring(skeleton, tubes, path, collar, 0.0, writer);
+    if (sides > 4) add_collar_ring(skeleton, tubes, path, collar, 0.35, writer);
+    add_collar_ring(skeleton, tubes, path, collar, 1.0, writer);
+    last = collar.end;
+  } else {
+    const Section base = section_of(skeleton, tubes, path, 0, 0);
+    writer.add_section(base, base.direction);
+  }
+
+  const auto add = [&](std::size_t i, double along, const Vec3& tangent) {
+    const Section s = section_of(skeleton, tubes, path, i, along);
+    const double distance = path.distance[i] + along * (path.distance[i + 1] - path.distance[i]);
+    if (distance <= last + 0.05 * std::min(s.radius, path.distance.back())) return;
+    writer.add_section(s, tangent);
+    last = distance;
+  };
+  const std::size_t count = path.branches.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t k = at(path.branches[i]);
+    const double length = path.distance[i + 1] - path.distance[i];
+    const bool is_last = i + 1 == count;
+    // The tip is a blunt cone: as long as thick, but at most a quarter of its branch.
+    const double end = is_last ? 1 - std::min(tubes.end_radius[k] / std::max(length, 1e-12), 0.25) : 1.0;
+    if (length > tubes.start_radius[k] + tubes.end_radius[k]) {
+      for (int j = 1; j <= options.bend_subdivisions; ++j) {
+        add(i, end * j / (options.bend_subdivisions + 1), tubes.direction[k]);
+      }
+    }
+    add(i, end, is_last ? tubes.direction[k] : tubes.end_tangent[k]);
+  }
+  writer.close(section_of(skeleton, tubes, path, count - 1, 1));
+}
+
+// A broad leaf in its own frame (x across in widths, y along in lengths, z up in lengths): folded upwards
+// along the midrib, which arches. Base, middle, tip, left edge, right edge.
+constexpr std::array<std::array<float, 3>, leaf_vertices> leaf_shape = {{{0, 0, 0},
+                                                                         {0, 0.45F, 0.06F},
+                                                                         {0, 1, 0},
+                                                                         {-0.5F, 0.24F, 0.12F},
+                                                                         {-0.43F, 0.58F, 0.12F},
+                                                                         {0.5F, 0.24F, 0.12F},
+                                                                         {0.43F, 0.58F, 0.12F}}};
+constexpr std::array<std::uint32_t, 3 * leaf_triangle_count> leaf_faces = {0, 1, 3, 3, 1, 4, 4, 1, 2,
+                                                                           0, 5, 1, 5, 6, 1, 6, 2, 1};
+
+void add_leaf(const Leaf& leaf, Surface& surface) {
+  const Vec3 axis = unit_or(leaf.axis, Vec3::UnitX());
+  const Vec3 up = unit_or(leaf.normal - axis * leaf.normal.dot(axis), axis.unitOrthogonal());
+  const Vec3 across = axis.cross(up);
+  const auto first = static_cast<std::uint32_t>(surface.position.size());
+  std::array<Vec3, leaf_vertices> corners;
+  for (std::size_t i = 0; i < leaf_vertices; ++i) {
+    const auto& [x, y, z] = leaf_shape[i];
+    corners[i] = leaf.base + (x * leaf.width) * across + (y * leaf.length) * axis + (z * leaf.width) * up;
+    surface.position.emplace_back(corners[i].cast<float>());
+    surface.texture.emplace_back(x + 0.5F, y);
+    surface.branch.push_back(leaf.branch);
+    surface.along.push_back(static_cast<float>(leaf.position));
+  }
+  std::array<Vec3, leaf_vertices> normals;
+  normals.fill(Vec3::Zero());
+  for (std::size_t f = 0; f < leaf_faces.size(); f += 3) {
+    const std::uint32_t a = leaf_faces[f], b = leaf_faces[f + 1], c = leaf_faces[f + 2];
+    const Vec3 face = (corners[b] - corners[a]).cross(corners[c] - corners[a]);
+    for (const std::uint32_t corner : {a, b, c}) normals[corner] += face;
+    for (const std::uint32_t corner : {a, b, c}) surface.leaf_triangles.push_back(first + corner);
+  }
+  for (const Vec3& normal : normals) {
+    surface.normal.emplace_back(unit_or(normal / (leaf.length * leaf.width), up).cast<float>());
+  }
+}
+
+void check_options(const SurfaceOptions& options) {
+  const auto check = [](const char* name, int value, int low, int high) {
+    if (value >= low && value <= high) return;
+    throw InputError(std::string("surface options: ") + name, std::to_string(value),
+                     "a number from " + std::to_string(low) + " to " + std::to_string(high));
+  };
+  check("min_sides", options.min_sides, 3, 256);
+  check("max_sides", options.max_sides, options.min_sides, 256);
+  check("bend_subdivisions", options.bend_subdivisions, 0, 64);
+}
+
+}  // namespace
+
+Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options) {
+  check_options(options);
+  const Tubes tubes = measure_tubes(skeleton, options);
+  Surface surface;
+  for (const std::vector<int>& axis : tubes.axes) {
+    mesh_axis(skeleton, tubes, lay_path(skeleton, tubes, axis), options, surface);
+  }
+  surface.first_leaf_vertex = static_cast<std::uint32_t>(surface.vertex_count());
+  if (options.leaves) {
+    for (const Leaf& leaf : skeleton.leaves) add_leaf(leaf, surface);
+  }
+  return surface;
+}
+
+}  // namespace tremula
