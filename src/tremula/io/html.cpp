@@ -1,0 +1,82 @@
+#include "tremula/io/html.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/io/atomic_file.hpp"
+
+#include <string_view>
+
+namespace tremula {
+
+// The page as the viewer's build made it, empty without Node.js. Written by viewer/scripts/embed.mjs.
+std::string_view viewer_page();
+
+namespace {
+
+// The page holds each of these once.
+constexpr std::string_view title_mark = "@TREMULA_TITLE@", loop_mark = "@TREMULA_LOOP@";
+
+// Chromium's strings end at 512 MiB, and the page reads the loop as one.
+constexpr std::size_t max_encoded_size = 500'000'000;
+
+std::size_t base64_size(std::size_t byte_count) { return (byte_count + 2) / 3 * 4; }
+
+void append_base64(std::string& text, std::string_view bytes) {
+  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
+  }
+}
+
+std::string escape(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '<')
+      result += "&lt;";
+    else if (c == '&')
+      result += "&amp;";
+    else
+      result += c;
+  }
+  return result;
+}
+
+}  // namespace
+
+bool can_write_html() { return !viewer_page().empty(); }
+
+std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopInfo& info) {
+  if (!can_write_html()) {
+    throw Error(
+        ".html: this program was built without the viewer; build it where node and npm are installed");
+  }
+  const std::string_view page = viewer_page();
+  const std::size_t title = page.find(title_mark), loop = page.find(loop_mark);
+  const std::string glb = encode_glb(surface, morphs, info);
+  const std::size_t encoded_size = base64_size(glb.size());
+  if (encoded_size > max_encoded_size) {
+    throw Error(".html: the loop would take " + std::to_string(encoded_size) +
+                " bytes and browsers open at most " + std::to_string(max_encoded_size) +
+                ": ask for fewer modes or a coarser surface");
+  }
+
+  std::string html;
+  html.reserve(page.size() + encoded_size + info.name.size() + 64);
+  html += page.substr(0, title);
+  html += escape(info.name);
+  html += page.substr(title + title_mark.size(), loop - title - title_mark.size());
+  append_base64(html, glb);
+  html += page.substr(loop + loop_mark.size());
+  return html;
+}
+
+void write_html(const std::string& path, const Surface& surface, const MorphTargets& morphs,
+                const LoopInfo& info) {
+  write_file_atomically(path, encode_html(surface, morphs, info));
+}
+
+}  // namespace tremula

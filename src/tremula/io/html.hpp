@@ -1,0 +1,22 @@
+// One self-contained page (.html) that plays a loop: the viewer of viewer/, which is compiled into this
+// library, and the loop itself as glTF with signed weights. It asks the network for nothing.
+#pragma once
+
+#include "tremula/io/gltf.hpp"
+
+#include <string>
+
+namespace tremula {
+
+// False where the program was built without Node.js and npm; the functions below then throw Error saying so.
+bool can_write_html();
+
+// `morphs` in the form MorphForm::signed_weights. The same arguments give the same bytes. Throws Error as
+// encode_glb() does, and when the page would be larger than browsers open.
+std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopInfo& info);
+
+// Throws Error, also when the file cannot be written, and then leaves none behind.
+void write_html(const std::string& path, const Surface& surface, const MorphTargets& morphs,
+                const LoopInfo& info);
+
+}  // namespace tremula

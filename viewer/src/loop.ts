@@ -1,0 +1,99 @@
+// What the file holds: the plant with its morph targets, and their weights over one loop.
+import {AnimationClip, Mesh, MeshStandardMaterial, Object3D, Vector3} from 'three';
+import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
+
+export interface Facts {
+  period_s: number;
+  frames_per_second: number;
+  wind_speed_m_s: number;
+  heading_deg: number;
+  seed: number;
+  frequencies_hz: number[];
+}
+
+export type PlantMesh = Mesh<Mesh['geometry'], MeshStandardMaterial>;
+
+export interface Loop {
+  name: string;
+  facts: Facts;
+  root: Object3D;
+  meshes: PlantMesh[];       // bark, then leaves
+  targetModes: number[];     // for each morph target its mode from 1, 0 for the mean lean
+  times: ArrayLike<number>;  // [s] keys, 0 … period
+  weights: ArrayLike<number>;  // keys x targets
+}
+
+export function decodeBase64(text: string): ArrayBuffer {
+  const characters = atob(text);
+  const bytes = new Uint8Array(characters.length);
+  for (let i = 0; i < bytes.length; ++i) bytes[i] = characters.charCodeAt(i);
+  return bytes.buffer;
+}
+
+export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
+  const gltf = await new GLTFLoader().parseAsync(glb, '');
+  const meshes: PlantMesh[] = [];
+  gltf.scene.traverse((object) => {
+    if (object instanceof Mesh) meshes.push(object as PlantMesh);
+  });
+  const clip: AnimationClip | undefined = gltf.animations[0];
+  return {
+    name: gltf.scene.name,
+    facts: gltf.scene.userData.tremula,
+    root: gltf.scene,
+    meshes,
+    targetModes: meshes[0].userData.targetModes ?? [],
+    times: clip?.tracks[0].times ?? [0],
+    weights: clip?.tracks[0].values ?? [],
+  };
+}
+
+// Linear between keys, as displacement_at() of the library.
+export function weightsAt(loop: Loop, time: number): number[] {
+  const {times, weights} = loop;
+  const count = loop.targetModes.length;
+  let low = 0, high = times.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= time) low = middle;
+    else high = middle;
+  }
+  const part = high > low ? Math.min(Math.max((time - times[low]) / (times[high] - times[low]), 0), 1) : 0;
+  return Array.from({length: count}, (_, i) => {
+    const before = weights[low * count + i];
+    return before + part * (weights[high * count + i] - before);
+  });
+}
+
+// Finds vertices by one number that runs through all meshes.
+export class Vertices {
+  readonly count: number;
+
+  constructor(private readonly loop: Loop) {
+    this.count = loop.meshes.reduce((sum, mesh) => sum + mesh.geometry.attributes.position.count, 0);
+  }
+
+  // World position [m] with z up, as in every other file, under the weights that the meshes have now.
+  position(index: number): [number, number, number] {
+    const [mesh, i] = this.find(index);
+    const p = mesh.getVertexPosition(i, new Vector3()).applyMatrix4(mesh.matrixWorld);
+    return [p.x, -p.z, p.y];
+  }
+
+  branch(index: number): number { return this.attribute(index, '_branch'); }
+  along(index: number): number { return this.attribute(index, '_along'); }
+
+  private attribute(index: number, name: string): number {
+    const [mesh, i] = this.find(index);
+    return mesh.geometry.attributes[name].getX(i);
+  }
+
+  private find(index: number): [Mesh, number] {
+    for (const mesh of this.loop.meshes) {
+      const count = mesh.geometry.attributes.position.count;
+      if (index < count) return [mesh, index];
+      index -= count;
+    }
+    throw new RangeError('no such vertex');
+  }
+}

@@ -1,0 +1,92 @@
+// Plays the loop that the page carries: evaluates the weights of the morph targets at any instant and shows them.
+import './style.css';
+import {decodeBase64, readLoop, Vertices, weightsAt, type Loop} from './loop';
+import {dress} from './materials';
+import {Panel, type Player} from './panel';
+import {Stage} from './stage';
+
+// For scripts and tests. Positions are in metres with z up, as in every other file.
+interface Tremula {
+  ready: Promise<void>;
+  period: number;
+  vertexCount: number;
+  setTime(seconds: number): void;
+  pause(): void;
+  vertex(index: number): [number, number, number];  // in the frame on the screen
+  branchOf(index: number): number;
+  alongOf(index: number): number;
+}
+
+declare global {
+  interface Window { tremula: Partial<Tremula> & Pick<Tremula, 'ready'>; }
+}
+
+// Loads grow with the square of the wind speed, the mean one and (for a given intensity of turbulence) the
+// fluctuating one; the answer is linear in the loads.
+function shownWeights(loop: Loop, player: Player): number[] {
+  const load = player.wind * player.wind;
+  return weightsAt(loop, player.time).map((weight, i) => {
+    const mode = loop.targetModes[i];
+    return mode === 0 || player.enabled[mode - 1] ? load * weight : 0;
+  });
+}
+
+async function start(): Promise<void> {
+  const data = document.getElementById('loop')!;
+  const loop = await readLoop(decodeBase64(data.textContent!));
+  data.remove();
+  dress(loop.meshes);
+
+  const period = loop.facts.period_s;
+  const player: Player = {
+    playing: !matchMedia('(prefers-reduced-motion: reduce)').matches,
+    time: 0,
+    speed: 1,
+    wind: 1,
+    enabled: loop.facts.frequencies_hz.map(() => true),
+  };
+  const canvas = document.getElementById('stage') as HTMLCanvasElement;
+  const stage = new Stage(canvas, loop);
+
+  const pose = (): number[] => {
+    const weights = shownWeights(loop, player);
+    for (const mesh of loop.meshes) mesh.morphTargetInfluences?.splice(0, weights.length, ...weights);
+    return weights;
+  };
+  const panel = new Panel(loop, player, pose);
+  const draw = (): void => {
+    panel.show(pose());
+    stage.render();
+  };
+
+  let last = performance.now();
+  const tick = (now: number): void => {
+    // A page that was hidden goes on where it stopped.
+    const passed = Math.min((now - last) / 1000, 0.1);
+    last = now;
+    if (player.playing && period > 0) player.time = (player.time + passed * player.speed) % period;
+    draw();
+    requestAnimationFrame(tick);
+  };
+  new ResizeObserver(() => { stage.resize(); draw(); }).observe(canvas);
+  draw();
+  requestAnimationFrame(tick);
+
+  const vertices = new Vertices(loop);
+  Object.assign(window.tremula, {
+    period,
+    vertexCount: vertices.count,
+    setTime: (seconds: number) => { player.time = seconds; draw(); },
+    pause: () => { player.playing = false; draw(); },
+    vertex: (index: number) => vertices.position(index),
+    branchOf: (index: number) => vertices.branch(index),
+    alongOf: (index: number) => vertices.along(index),
+  });
+}
+
+window.tremula = {ready: start()};
+window.tremula.ready.catch((reason: unknown) => {
+  const message = document.getElementById('message')!;
+  message.textContent = `This page cannot show its plant: ${reason instanceof Error ? reason.message : String(reason)}`;
+  message.hidden = false;
+});

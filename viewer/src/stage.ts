@@ -1,0 +1,146 @@
+// Sky, ground, light and camera around a plant.
+import {
+  ACESFilmicToneMapping, BackSide, Box3, BufferAttribute, Color, DirectionalLight, HemisphereLight, MathUtils, Mesh,
+  MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, RingGeometry, Scene, ShaderMaterial, Sphere,
+  SphereGeometry, Vector3, WebGLRenderer,
+} from 'three';
+import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
+import type {Loop} from './loop';
+
+const zenith = new Color(0x7fa9cf), horizon = new Color(0xe8eef0), floor = new Color(0xcdd2c4);
+const turf = new Color(0x8d9a72);
+
+export class Stage {
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(30);
+  private readonly controls: OrbitControls;
+  private readonly extent = new Box3();  // of the plant at rest
+  private readonly azimuth: number;
+  private framed = true;                 // until somebody moves the camera
+
+  constructor(private readonly canvas: HTMLCanvasElement, loop: Loop) {
+    this.renderer = new WebGLRenderer({canvas, antialias: true});
+    this.renderer.toneMapping = ACESFilmicToneMapping;
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFShadowMap;
+
+    for (const mesh of loop.meshes) {
+      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.frustumCulled = false;
+      this.extent.union(new Box3().setFromBufferAttribute(mesh.geometry.attributes.position as BufferAttribute));
+    }
+    this.scene.add(loop.root);
+    this.addSurroundings();
+
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = true;
+    this.controls.maxPolarAngle = MathUtils.degToRad(95);
+    this.controls.addEventListener('start', () => { this.framed = false; });
+    // Look across the wind, where its work shows most.
+    this.azimuth = MathUtils.degToRad((loop.facts?.heading_deg ?? 0) - 75);
+    this.resize();
+  }
+
+  render(): void {
+    this.controls.update();
+    this.renderer.render(this.scene, this.camera);
+  }
+
+  // To be called when the canvas may have another size.
+  resize(): void {
+    const width = this.canvas.clientWidth, height = this.canvas.clientHeight;
+    if (width === 0 || height === 0) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    if (this.framed) this.frame();
+    this.camera.updateProjectionMatrix();
+  }
+
+  // Puts the whole plant into the picture, with some air above and room for the controls below.
+  private frame(): void {
+    const size = this.extent.getSize(new Vector3()), center = this.extent.getCenter(new Vector3());
+    const radius = Math.max(size.x, size.z) / 2, half = Math.tan(MathUtils.degToRad(this.camera.fov / 2));
+    const distance = radius + 1.22 * Math.max(size.y / 2 / half, radius / half / this.camera.aspect);
+    const polar = MathUtils.degToRad(85);
+    const direction = new Vector3(Math.sin(polar) * Math.cos(this.azimuth), Math.cos(polar),
+                                  -Math.sin(polar) * Math.sin(this.azimuth));
+    this.controls.target.copy(center).addScaledVector(new Vector3(0, -1, 0), 0.05 * size.y);
+    this.camera.position.copy(this.controls.target).addScaledVector(direction, distance);
+    this.camera.near = 0.01 * distance;
+    this.camera.far = 60 * distance;
+    this.controls.minDistance = 0.03 * distance;
+    this.controls.maxDistance = 5 * distance;
+    this.controls.update();
+  }
+
+  private addSurroundings(): void {
+    const {center, radius} = this.extent.getBoundingSphere(new Sphere());
+    const ground = new Vector3(center.x, this.extent.min.y, center.z);
+
+    const sun = new DirectionalLight(0xfff1dc, 3.2);
+    sun.position.copy(center).addScaledVector(new Vector3(-0.55, 1.05, 0.65).applyAxisAngle(
+        new Vector3(0, 1, 0), 0), 4 * radius);
+    sun.target.position.copy(center);
+    sun.castShadow = true;
+    sun.shadow.mapSize.set(2048, 2048);
+    const reach = 1.25 * radius;  // room to sway
+    Object.assign(sun.shadow.camera, {left: -reach, right: reach, bottom: -reach, top: reach,
+                                      near: radius, far: 12 * radius});
+    sun.shadow.normalBias = 2 * reach / 2048;
+    sun.shadow.radius = 2.5;
+    this.scene.add(sun, sun.target, new HemisphereLight(0xdbe9f5, 0x7d7f64, 1.7));
+
+    this.scene.add(makeSky(ground, 40 * radius), makeTurf(ground, 2.2 * radius));
+  }
+}
+
+// A dome without seam: the floor goes over into the sky at the horizon.
+function makeSky(center: Vector3, radius: number): Mesh {
+  const material = new ShaderMaterial({
+    side: BackSide,
+    depthWrite: false,
+    uniforms: {zenith: {value: zenith}, horizon: {value: horizon}, ground: {value: floor}},
+    vertexShader: /* glsl */ `
+      varying vec3 direction;
+      void main() {
+        direction = position;
+        gl_Position = projectionMatrix * vec4(mat3(viewMatrix) * position, 1.0);
+      }`,
+    fragmentShader: /* glsl */ `
+      #include <common>
+      varying vec3 direction;
+      uniform vec3 zenith, horizon, ground;
+      void main() {
+        float up = normalize(direction).y;
+        vec3 color = up > 0.0 ? mix(horizon, zenith, pow(up, 0.75)) : mix(horizon, ground, smoothstep(0.0, 0.22, -up));
+        // Noise below the step of eight bits hides the bands of a slow gradient.
+        gl_FragColor = vec4(color + (rand(gl_FragCoord.xy) - 0.5) / 255.0, 1.0);
+        #include <colorspace_fragment>
+      }`,
+  });
+  const sky = new Mesh(new SphereGeometry(radius, 48, 32), material);
+  sky.position.copy(center);
+  sky.frustumCulled = false;
+  sky.renderOrder = -1;
+  return sky;
+}
+
+// A patch of ground that catches the shadow and fades out.
+function makeTurf(center: Vector3, radius: number): Mesh {
+  const geometry = new RingGeometry(radius * 1e-3, radius, 96, 24);
+  const position = geometry.attributes.position;
+  const colors = new Float32Array(4 * position.count);
+  for (let i = 0; i < position.count; ++i) {
+    const distance = Math.hypot(position.getX(i), position.getY(i)) / radius;
+    colors.set([turf.r, turf.g, turf.b, 1 - MathUtils.smoothstep(distance, 0.1, 1)], 4 * i);
+  }
+  geometry.setAttribute('color', new BufferAttribute(colors, 4));
+  const material = new MeshStandardMaterial({vertexColors: true, transparent: true, depthWrite: false, roughness: 1});
+  const mesh = new Mesh(geometry, material);
+  mesh.rotation.x = -Math.PI / 2;
+  mesh.position.copy(center);
+  mesh.receiveShadow = true;
+  return mesh;
+}
