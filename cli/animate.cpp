@@ -1,0 +1,309 @@
+// tremula animate: a plant in the wind, as a loop in whatever form the outputs' extensions ask for.
+
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <numeric>
+
+#include "commands.hpp"
+#include "common.hpp"
+#include "tremula/base/error.hpp"
+#include "tremula/dynamics/motion_statistics.hpp"
+#include "tremula/io/atomic_file.hpp"
+#include "tremula/io/gltf.hpp"
+#include "tremula/io/html.hpp"
+#include "tremula/io/pose_table.hpp"
+#include "tremula/render/contact_sheet.hpp"
+#include "tremula/render/raster.hpp"
+
+namespace tremula::cli {
+namespace {
+
+struct AnimateCommand {
+  std::string input, report;
+  std::vector<std::string> outputs;
+  double wind_speed = 6, heading = 0, turbulence_intensity = 0.2, reference_height = 10, roughness_length = 0.03;
+  std::string profile = "log", wind_model = "stam", loads = "linearised";
+  double correlation_time = 1, correlation_length = 4;
+  double period = 20, frames_per_second = 30, damping_ratio = 0.05;
+  std::optional<double> mass_damping;
+  int mode_count = 20;
+  std::uint64_t seed = 1;
+  std::string frames;
+  StructureFlags structure;
+  ThreadsFlag threads;
+
+  Weather weather() const;
+  std::vector<int> picked_frames(int sample_count) const;
+  void check_outputs() const;
+  void run() const;
+};
+
+// Everything the writers draw from.
+struct Loop {
+  const Plant& plant;
+  const Subject& subject;
+  const Motion& motion;
+  const Surface& surface;
+  LoopInfo info;
+};
+
+Weather AnimateCommand::weather() const {
+  Weather weather;
+  weather.wind.mean = {.speed = wind_speed,
+                       .reference_height = reference_height,
+                       .heading = heading,
+                       .profile = profile == "constant" ? ProfileKind::constant : ProfileKind::logarithmic,
+                       .roughness_length = roughness_length};
+  weather.wind.turbulence_intensity = turbulence_intensity;
+  weather.wind.correlation_time = correlation_time;
+  weather.wind.correlation_length = correlation_length;
+  weather.wind.rows = wind_model == "stam-printed" ? StamRows::as_printed : StamRows::unit_variance;
+  weather.wind.seed = seed;
+  weather.loads.model = loads == "paper" ? LoadModel::paper : LoadModel::linearised;
+  weather.damping = {damping_ratio, mass_damping};
+  const double samples = period * frames_per_second;
+  if (!(samples >= 1 && samples <= 1 << 24)) {
+    throw InputError("--period " + std::to_string(period) + " at --fps " + std::to_string(frames_per_second),
+                     std::to_string(samples) + " frames", "1 to 16777216");
+  }
+  weather.loop = {period, static_cast<int>(std::lround(samples))};
+  return weather;
+}
+
+std::vector<int> AnimateCommand::picked_frames(int sample_count) const {
+  int first = 0, last = sample_count - 1;
+  if (!frames.empty()) {
+    const char *begin = frames.data(), *end = begin + frames.size();
+    const auto one = std::from_chars(begin, end, first);
+    bool good = one.ec == std::errc{};
+    last = first;
+    if (good && one.ptr != end) {
+      const auto two = std::from_chars(one.ptr + 1, end, last);
+      good = *one.ptr == '-' && two.ec == std::errc{} && two.ptr == end;
+    }
+    if (!good || first < 0 || first > last || last > sample_count) {
+      throw InputError("--frames", "'" + frames + "'",
+                       "a frame or a range such as 10-20 within 0-" + std::to_string(sample_count));
+    }
+  }
+  std::vector<int> picked(static_cast<std::size_t>(last - first + 1));
+  std::iota(picked.begin(), picked.end(), first);
+  return picked;
+}
+
+void AnimateCommand::check_outputs() const {
+  if (outputs.empty() && report.empty()) {
+    throw InputError("animate", "no output", "-o FILE.glb, .html, .csv or .png, or --report FILE.json");
+  }
+  for (const std::string& path : outputs) {
+    const std::string extension = lower_extension(path);
+    if (extension != ".glb" && extension != ".html" && extension != ".csv" && extension != ".png") {
+      throw InputError("-o " + path, "'" + extension + "'", ".glb, .html, .csv (poses) or .png (contact sheet)");
+    }
+    if (extension == ".html" && !can_write_html()) {
+      throw Error("-o " + path + ": this program was built without Node.js, which the viewer needs");
+    }
+  }
+}
+
+void write_contact_sheet(const std::string& path, const Loop& loop) {
+  constexpr int columns = 4, rows = 3;
+  std::vector<Image> images;
+  std::vector<std::string> labels;
+  const Camera camera = frame_surface(loop.surface);
+  for (int i = 0; i < columns * rows; ++i) {
+    const double time = loop.motion.period * i / (columns * rows);
+    const SurfaceDelta delta = deform_surface(loop.subject.skeleton, loop.surface,
+                                              displacement_at(loop.subject.modes, loop.motion, time));
+    std::vector<Eigen::Vector3f> position = loop.surface.position, normal = loop.surface.normal;
+    for (std::size_t v = 0; v < position.size(); ++v) {
+      position[v] += delta.position[v];
+      normal[v] = (normal[v] + delta.normal[v]).normalized();
+    }
+    images.push_back(render_surface(loop.surface, position, normal, camera));
+    char label[32];
+    std::snprintf(label, sizeof label, "t = %.2f s", time);
+    labels.push_back(label);
+  }
+  write_file_atomically(path, encode_png(contact_sheet(images, columns, labels)));
+}
+
+void write_output(const std::string& path, const Loop& loop, std::span<const int> frames) {
+  const std::string extension = lower_extension(path);
+  const auto morphs = [&](MorphForm form) {
+    return make_morph_targets(loop.subject.skeleton, loop.surface, loop.subject.modes, loop.motion, form);
+  };
+  if (extension == ".glb") write_glb(path, loop.surface, morphs(MorphForm::paired), loop.info);
+  if (extension == ".html") write_html(path, loop.surface, morphs(MorphForm::signed_weights), loop.info);
+  if (extension == ".png") write_contact_sheet(path, loop);
+  if (extension == ".csv") {
+    write_file_atomically(path,
+                          encode_pose_table(loop.subject.skeleton, loop.subject.modes, loop.motion, frames));
+  }
+}
+
+Json describe(const MotionStatistics& statistics) {
+  return {{"largest_lean_m", statistics.largest_lean},
+          {"largest_lean_rotation_rad", statistics.largest_lean_rotation},
+          {"largest_rms_m", statistics.largest_rms},
+          {"largest_rms_rotation_rad", statistics.largest_rms_rotation},
+          {"most_moved_branch", statistics.most_moved_branch}};
+}
+
+void AnimateCommand::run() const {
+  check_outputs();
+  const Weather conditions = weather();
+  const std::vector<int> frames_for_poses = picked_frames(conditions.loop.sample_count);
+  const BakeOptions bake_options{structure.options(), {.count = mode_count}};
+
+  StageLog log;
+  const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
+  log.begin("read");
+  const Plant plant = open_plant(input);
+  log.finish();
+  print_warnings(plant);
+
+  const Skeleton& skeleton = plant.imported.skeleton;
+  // A sapling of two branches has twelve modes: as many as it has is what was meant.
+  BakeOptions options = bake_options;
+  if (mode_count > 6 * skeleton.branch_count()) options.modes.count = all_modes;
+  const Subject subject = bake(skeleton, options, progress);
+  const Motion motion = set_in_motion(subject, conditions, progress);
+  log.finish();
+
+  const MotionStatistics statistics = motion_statistics(subject.modes, motion);
+  if (statistics.largest_rms_rotation + statistics.largest_lean_rotation > 0.5) {
+    std::cerr << "tremula: warning: the wind turns branches by up to "
+              << statistics.largest_rms_rotation + statistics.largest_lean_rotation
+              << " rad, too far for small displacements: stretching may show; try a lower --wind-speed or a stiffer "
+                 "--material\n";
+  }
+
+  log.begin("surface");
+  Surface surface = mesh_surface(skeleton);
+  if (plant.bark_color) surface.bark_color = *plant.bark_color;
+  if (plant.leaf_color) surface.leaf_color = *plant.leaf_color;
+  const Loop loop{plant, subject, motion, surface,
+                  {.name = plant.name,
+                   .frames_per_second = frames_per_second,
+                   .wind_speed = wind_speed,
+                   .heading = heading,
+                   .seed = seed}};
+  for (const std::string& path : outputs) {
+    log.begin("write " + lower_extension(path));
+    write_output(path, loop, frames_for_poses);
+  }
+  log.finish();
+  for (const std::string& path : outputs) std::cerr << "tremula: wrote " << path << '\n';
+
+  if (report.empty()) return;
+  const Json json = {{"tremula", TREMULA_VERSION},
+                     {"input", input},
+                     {"plant", cli::describe(plant)},
+                     {"structure", cli::describe(options.structure)},
+                     {"settings",
+                      {{"wind_model", wind_model},
+                       {"wind_speed_m_s", wind_speed},
+                       {"reference_height_m", reference_height},
+                       {"profile", profile},
+                       {"roughness_length_m", roughness_length},
+                       {"heading_deg", heading},
+                       {"turbulence_intensity", turbulence_intensity},
+                       {"correlation_time_s", correlation_time},
+                       {"correlation_length_m", correlation_length},
+                       {"loads", loads},
+                       {"damping_ratio", mass_damping ? Json() : Json(damping_ratio)},
+                       {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
+                       {"period_s", period},
+                       {"frames_per_second", frames_per_second},
+                       {"samples", conditions.loop.sample_count},
+                       {"seed", seed}}},
+                     {"mode_count", subject.modes.count()},
+                     {"frequencies_hz", std::vector<double>(subject.modes.frequency.begin(),
+                                                            subject.modes.frequency.end())},
+                     {"motion", describe(statistics)},
+                     {"outputs", outputs},
+                     {"stages", log.json()},
+                     {"peak_bytes", peak_bytes()}};
+  write_file_atomically(report, json.dump(1) + '\n');
+  std::cerr << "tremula: wrote " << report << '\n';
+}
+
+}  // namespace
+
+void add_animate(CLI::App& app) {
+  auto command = std::make_shared<AnimateCommand>();
+  CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
+  sub.add_option("INPUT", command->input,
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys) or a preset")
+      ->required();
+  sub.add_option("-o,--output", command->outputs,
+                 "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
+                 "per frame), .png (contact sheet); may be repeated");
+  sub.add_option("--report", command->report, "What was done, as JSON: settings, frequencies, seconds and memory");
+  sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
+  sub.add_option("--modes", command->mode_count, "How many of the lowest modes move the plant; -1: all")
+      ->capture_default_str();
+
+  const char* wind = "Wind";
+  sub.add_option("--wind-speed", command->wind_speed, "Mean wind speed at the reference height [m/s]")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--heading", command->heading, "Where the wind blows to, from +x towards +y [degrees]")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--turbulence-intensity", command->turbulence_intensity,
+                 "Standard deviation of the wind over its mean, at the reference height")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--reference-height", command->reference_height, "Height of the given wind speed [m]")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--profile", command->profile, "How the mean wind grows with height: log or constant")
+      ->check(CLI::IsMember({"log", "constant"}))
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--roughness-length", command->roughness_length, "z0 of the log profile [m]")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--wind-model", command->wind_model,
+                 "stam: eq. 8 with unit variance and a wind spectrum; stam-printed: eq. 8 as printed, white")
+      ->check(CLI::IsMember({"stam", "stam-printed"}))
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--correlation-time", command->correlation_time, "t_c of Stam's filter [s]")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--correlation-length", command->correlation_length, "d_c of Stam's filter [m]")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--seed", command->seed, "Another seed gives another realisation of the same wind (0 or more)")
+      ->capture_default_str()
+      ->group(wind);
+
+  const char* motion = "Motion";
+  sub.add_option("--period", command->period, "Length of the loop [s]")->capture_default_str()->group(motion);
+  sub.add_option("--fps", command->frames_per_second, "Frames per second [1/s]")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--damping-ratio", command->damping_ratio, "Of every mode, 1 is critical")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--mass-damping", command->mass_damping, "alpha of C = alpha M (Stam) instead of the ratio [1/s]")
+      ->group(motion);
+  sub.add_option("--loads", command->loads, "linearised: drag about the mean wind; paper: eq. 3 as printed")
+      ->check(CLI::IsMember({"linearised", "paper"}))
+      ->capture_default_str()
+      ->group(motion);
+  command->structure.add_to(sub);
+  command->threads.add_to(sub);
+  sub.footer(
+      "Examples:\n"
+      "  tremula animate tree.swc -o tree.glb\n"
+      "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --seed 3\n"
+      "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
+  sub.callback([command] { command->threads.run([&] { command->run(); }); });
+}
+
+}  // namespace tremula::cli

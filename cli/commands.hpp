@@ -1,0 +1,13 @@
+// One file per subcommand: parsing and printing only. Each adds itself to the program and says what to run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace tremula::cli {
+
+void add_grow(CLI::App& app);
+void add_modes(CLI::App& app);
+void add_animate(CLI::App& app);
+void add_info(CLI::App& app);
+
+}  // namespace tremula::cli

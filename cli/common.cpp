@@ -1,0 +1,241 @@
+#include "common.hpp"
+
+#include <sys/resource.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <mutex>
+
+#include "tremula/base/error.hpp"
+#include "tremula/geometry/grow.hpp"
+#include "tremula/geometry/lsystem.hpp"
+#include "tremula/geometry/plants.hpp"
+#include "tremula/io/atomic_file.hpp"
+
+namespace tremula::cli {
+namespace {
+
+std::vector<std::pair<std::string, double>> parse_constants(const std::vector<std::string>& constants) {
+  std::vector<std::pair<std::string, double>> values;
+  for (const std::string& text : constants) {
+    const std::size_t equals = text.find('=');
+    double value = 0;
+    std::size_t used = 0;
+    try {
+      if (equals != std::string::npos) value = std::stod(text.substr(equals + 1), &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (used == 0 || equals + 1 + used != text.size()) {
+      throw InputError("--set", "'" + text + "'", "NAME=NUMBER");
+    }
+    values.emplace_back(text.substr(0, equals), value);
+  }
+  return values;
+}
+
+Plant grow_plant(const std::string& name, const std::string& text, const std::string& text_name,
+                 std::optional<std::uint64_t> seed, const std::vector<std::string>& constants) {
+  const LSystem system = parse_lsystem(text, text_name);
+  const GrownPlant grown = grow(system, {.seed = seed, .constants = parse_constants(constants), .limits = {}});
+  return {name, {grown.skeleton, "l-system", {}}, grown.bark_color, grown.leaf_color};
+}
+
+}  // namespace
+
+std::string lower_extension(const std::string& path) {
+  std::string extension = std::filesystem::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_seed,
+                 const std::vector<std::string>& constants) {
+  const std::string name = std::filesystem::path(input).stem().string();
+  const bool exists = std::filesystem::exists(input);
+  if (!exists) {
+    const auto presets = plant_presets();
+    const auto found =
+        std::find_if(presets.begin(), presets.end(), [&](const PlantPreset& preset) { return preset.name == input; });
+    if (found != presets.end()) {
+      return grow_plant(std::string(found->name), std::string(found->text), std::string(found->name), growth_seed,
+                        constants);
+    }
+    std::string names;
+    for (const PlantPreset& preset : presets) names += (names.empty() ? "" : ", ") + std::string(preset.name);
+    throw InputError(input, "there is no such file or preset", "a tree file, an L-system (.lsys) or one of " + names);
+  }
+  if (lower_extension(input) == ".lsys") {
+    return grow_plant(name, read_file(input, std::size_t{16} << 20), input, growth_seed, constants);
+  }
+  if (!constants.empty()) throw InputError("--set", "given with " + input, "an L-system or a preset");
+  return {name, read_skeleton(input), {}, {}};
+}
+
+void print_warnings(const Plant& plant) {
+  for (const Repair& repair : plant.imported.repairs) std::cerr << "tremula: warning: " << repair.message << '\n';
+}
+
+Json describe(const Plant& plant) {
+  const Skeleton& skeleton = plant.imported.skeleton;
+  const Extent box = extent(skeleton);
+  double length = 0, volume = 0, thinnest = skeleton.branches.front().end_radius, thickest = 0, leaf_area = 0;
+  for (const Branch& branch : skeleton.branches) {
+    const double a = branch.start_radius, b = branch.end_radius;
+    length += branch.length();
+    volume += 3.14159265358979323846 / 3 * (a * a + a * b + b * b) * branch.length();
+    thinnest = std::min({thinnest, a, b});
+    thickest = std::max({thickest, a, b});
+  }
+  for (const Leaf& leaf : skeleton.leaves) leaf_area += leaf.area;
+  Json repairs = Json::array();
+  for (const Repair& repair : plant.imported.repairs) {
+    repairs.push_back({{"kind", repair.kind}, {"count", repair.count}, {"message", repair.message}});
+  }
+  const auto vector = [](const Vec3& v) { return Json{v[0], v[1], v[2]}; };
+  return {{"name", plant.name},
+          {"format", plant.imported.format},
+          {"branches", skeleton.branch_count()},
+          {"roots", skeleton.root_count()},
+          {"leaves", skeleton.leaves.size()},
+          {"leaf_area_m2", leaf_area},
+          {"height_m", box.high.z() - box.low.z()},
+          {"low_m", vector(box.low)},
+          {"high_m", vector(box.high)},
+          {"total_length_m", length},
+          {"wood_volume_m3", volume},
+          {"radius_min_m", thinnest},
+          {"radius_max_m", thickest},
+          {"origin_m", vector(skeleton.origin)},
+          {"repairs", repairs}};
+}
+
+std::uint64_t peak_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+void StructureFlags::add_to(CLI::App& command) {
+  std::string names;
+  for (const Material& preset : material_presets()) names += (names.empty() ? "" : ", ") + preset.name;
+  const char* group = "Wood";
+  command.add_option("--material", material, "What the branches are made of: " + names)
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--youngs-modulus", youngs_modulus, "Young's modulus E along the grain [Pa]")->group(group);
+  command.add_option("--shear-modulus", shear_modulus, "Shear modulus G of torsion [Pa]")->group(group);
+  command.add_option("--density", density, "Density of green wood [kg/m^3]")->group(group);
+  command
+      .add_option("--section", section,
+                  "exact: tapered, I = pi r^4/4; paper: mean radius, I = pi r^4 as Stam prints it")
+      ->check(CLI::IsMember({"exact", "paper"}))
+      ->capture_default_str()
+      ->group(group);
+  command.add_flag("--no-rotatory-inertia", no_rotatory_inertia, "Leave out the rotatory inertia of bending")
+      ->group(group);
+}
+
+StructureOptions StructureFlags::options() const {
+  StructureOptions options;
+  options.material = find_material(material);
+  if (youngs_modulus || shear_modulus || density) {
+    options.material.source = options.material.name + ", changed by flags";
+    options.material.name = "custom";
+  }
+  options.material.youngs_modulus = youngs_modulus.value_or(options.material.youngs_modulus);
+  options.material.shear_modulus = shear_modulus.value_or(options.material.shear_modulus);
+  options.material.density = density.value_or(options.material.density);
+  options.section = section == "paper" ? Section::paper : Section::exact;
+  options.rotatory_inertia = !no_rotatory_inertia;
+  check_material(options.material);
+  return options;
+}
+
+Json describe(const StructureOptions& options) {
+  return {{"material", options.material.name},
+          {"youngs_modulus_pa", options.material.youngs_modulus},
+          {"shear_modulus_pa", options.material.shear_modulus},
+          {"density_kg_m3", options.material.density},
+          {"source", options.material.source},
+          {"section", options.section == Section::paper ? "paper" : "exact"},
+          {"rotatory_inertia", options.rotatory_inertia}};
+}
+
+void ThreadsFlag::add_to(CLI::App& command) {
+  command.add_option("--threads", count, "Threads to use; 0: one per core. The result does not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
+}
+
+void ThreadsFlag::run(const std::function<void()>& work) const {
+  if (count == 0) return work();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count));
+  work();
+}
+
+struct StageLog::Impl {
+  using Clock = std::chrono::steady_clock;
+  struct Stage {
+    std::string name;
+    double seconds;
+    std::uint64_t peak;
+  };
+  std::mutex mutex;
+  std::vector<Stage> stages;
+  std::string current;
+  Clock::time_point begun, drawn{};
+  bool terminal = isatty(STDERR_FILENO) == 1;
+
+  void close() {
+    if (current.empty()) return;
+    stages.push_back({current, std::chrono::duration<double>(Clock::now() - begun).count(), peak_bytes()});
+    current.clear();
+    if (terminal) std::fputs("\r\033[K", stderr);
+  }
+  void draw(double done) {
+    if (!terminal || Clock::now() - drawn < std::chrono::milliseconds(100)) return;
+    drawn = Clock::now();
+    const int filled = static_cast<int>(30 * done);
+    std::fprintf(stderr, "\r%-12s [%.*s%*s] %3.0f %%", current.c_str(), filled, "##############################",
+                 30 - filled, "", 100 * done);
+    std::fflush(stderr);
+  }
+};
+
+StageLog::StageLog() : impl_(std::make_unique<Impl>()) {}
+StageLog::~StageLog() { finish(); }
+
+void StageLog::begin(std::string_view stage) { progress(stage, 0); }
+
+void StageLog::progress(std::string_view stage, double done) {
+  const std::lock_guard lock(impl_->mutex);
+  if (impl_->current != stage) {
+    impl_->close();
+    impl_->current = stage;
+    impl_->begun = Impl::Clock::now();
+  }
+  impl_->draw(std::clamp(done, 0.0, 1.0));
+}
+
+void StageLog::finish() {
+  const std::lock_guard lock(impl_->mutex);
+  impl_->close();
+}
+
+Json StageLog::json() const {
+  Json stages = Json::array();
+  for (const auto& stage : impl_->stages) {
+    stages.push_back({{"stage", stage.name}, {"seconds", stage.seconds}, {"peak_bytes", stage.peak}});
+  }
+  return stages;
+}
+
+}  // namespace tremula::cli

@@ -1,0 +1,68 @@
+// What the subcommands share: opening plants, materials by flag, progress, and what was done as JSON.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tremula/io/skeleton_files.hpp"
+#include "tremula/pipeline.hpp"
+
+namespace tremula::cli {
+
+using Json = nlohmann::ordered_json;
+
+// A plant from a file (scan, SWC, L-system) or, where no file has that name, from a preset.
+struct Plant {
+  std::string name;  // for titles: the file's name without folder and extension, or the preset's
+  ImportedSkeleton imported;
+  std::optional<Eigen::Vector3f> bark_color, leaf_color;
+};
+Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_seed = {},
+                 const std::vector<std::string>& constants = {});
+
+// Says on stderr what the reader mended.
+void print_warnings(const Plant& plant);
+Json describe(const Plant& plant);
+std::string lower_extension(const std::string& path);  // ".glb"
+std::uint64_t peak_bytes();
+
+// --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia
+struct StructureFlags {
+  std::string material = "green-wood", section = "exact";
+  std::optional<double> youngs_modulus, shear_modulus, density;
+  bool no_rotatory_inertia = false;
+
+  void add_to(CLI::App& command);
+  StructureOptions options() const;
+};
+Json describe(const StructureOptions& options);
+
+// Runs everything on this many threads; 0: as many as there are cores.
+struct ThreadsFlag {
+  int count = 0;
+  void add_to(CLI::App& command);
+  void run(const std::function<void()>& work) const;
+};
+
+// Times the stages, keeps the peak memory at the end of each, and draws a progress bar on a terminal.
+class StageLog {
+ public:
+  StageLog();
+  ~StageLog();
+  StageLog(const StageLog&) = delete;
+  StageLog& operator=(const StageLog&) = delete;
+  void begin(std::string_view stage);
+  void progress(std::string_view stage, double done);  // begins the stage when it is a new one
+  void finish();
+  Json json() const;  // [{"stage", "seconds", "peak_bytes"}…]
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tremula::cli
