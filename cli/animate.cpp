@@ -1,12 +1,5 @@
 // tremula animate: a plant in the wind, as a loop in whatever form the outputs' extensions ask for.
 
-#include <charconv>
-#include <cmath>
-#include <iostream>
-#include <numeric>
-
-#include "commands.hpp"
-#include "common.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
 #include "tremula/io/atomic_file.hpp"
@@ -16,13 +9,22 @@
 #include "tremula/render/contact_sheet.hpp"
 #include "tremula/render/raster.hpp"
 
+#include <charconv>
+#include <cmath>
+#include <iostream>
+#include <numeric>
+
+#include "commands.hpp"
+#include "common.hpp"
+
 namespace tremula::cli {
 namespace {
 
 struct AnimateCommand {
   std::string input, report;
   std::vector<std::string> outputs;
-  double wind_speed = 6, heading = 0, turbulence_intensity = 0.2, reference_height = 10, roughness_length = 0.03;
+  double wind_speed = 6, heading = 0, turbulence_intensity = 0.2, reference_height = 10,
+         roughness_length = 0.03;
   std::string profile = "log", wind_model = "stam", loads = "linearised";
   double correlation_time = 1, correlation_length = 4;
   double period = 20, frames_per_second = 30, damping_ratio = 0.05;
@@ -99,7 +101,8 @@ void AnimateCommand::check_outputs() const {
   for (const std::string& path : outputs) {
     const std::string extension = lower_extension(path);
     if (extension != ".glb" && extension != ".html" && extension != ".csv" && extension != ".png") {
-      throw InputError("-o " + path, "'" + extension + "'", ".glb, .html, .csv (poses) or .png (contact sheet)");
+      throw InputError("-o " + path, "'" + extension + "'",
+                       ".glb, .html, .csv (poses) or .png (contact sheet)");
     }
     if (extension == ".html" && !can_write_html()) {
       throw Error("-o " + path + ": this program was built without Node.js, which the viewer needs");
@@ -176,7 +179,8 @@ void AnimateCommand::run() const {
   if (statistics.largest_rms_rotation + statistics.largest_lean_rotation > 0.5) {
     std::cerr << "tremula: warning: the wind turns branches by up to "
               << statistics.largest_rms_rotation + statistics.largest_lean_rotation
-              << " rad, too far for small displacements: stretching may show; try a lower --wind-speed or a stiffer "
+              << " rad, too far for small displacements: stretching may show; try a lower --wind-speed or a "
+                 "stiffer "
                  "--material\n";
   }
 
@@ -184,7 +188,10 @@ void AnimateCommand::run() const {
   Surface surface = mesh_surface(skeleton);
   if (plant.bark_color) surface.bark_color = *plant.bark_color;
   if (plant.leaf_color) surface.leaf_color = *plant.leaf_color;
-  const Loop loop{plant, subject, motion, surface,
+  const Loop loop{plant,
+                  subject,
+                  motion,
+                  surface,
                   {.name = plant.name,
                    .frames_per_second = frames_per_second,
                    .wind_speed = wind_speed,
@@ -198,34 +205,34 @@ void AnimateCommand::run() const {
   for (const std::string& path : outputs) std::cerr << "tremula: wrote " << path << '\n';
 
   if (report.empty()) return;
-  const Json json = {{"tremula", TREMULA_VERSION},
-                     {"input", input},
-                     {"plant", cli::describe(plant)},
-                     {"structure", cli::describe(options.structure)},
-                     {"settings",
-                      {{"wind_model", wind_model},
-                       {"wind_speed_m_s", wind_speed},
-                       {"reference_height_m", reference_height},
-                       {"profile", profile},
-                       {"roughness_length_m", roughness_length},
-                       {"heading_deg", heading},
-                       {"turbulence_intensity", turbulence_intensity},
-                       {"correlation_time_s", correlation_time},
-                       {"correlation_length_m", correlation_length},
-                       {"loads", loads},
-                       {"damping_ratio", mass_damping ? Json() : Json(damping_ratio)},
-                       {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
-                       {"period_s", period},
-                       {"frames_per_second", frames_per_second},
-                       {"samples", conditions.loop.sample_count},
-                       {"seed", seed}}},
-                     {"mode_count", subject.modes.count()},
-                     {"frequencies_hz", std::vector<double>(subject.modes.frequency.begin(),
-                                                            subject.modes.frequency.end())},
-                     {"motion", describe(statistics)},
-                     {"outputs", outputs},
-                     {"stages", log.json()},
-                     {"peak_bytes", peak_bytes()}};
+  const Json json = {
+      {"tremula", TREMULA_VERSION},
+      {"input", input},
+      {"plant", cli::describe(plant)},
+      {"structure", cli::describe(options.structure)},
+      {"settings",
+       {{"wind_model", wind_model},
+        {"wind_speed_m_s", wind_speed},
+        {"reference_height_m", reference_height},
+        {"profile", profile},
+        {"roughness_length_m", roughness_length},
+        {"heading_deg", heading},
+        {"turbulence_intensity", turbulence_intensity},
+        {"correlation_time_s", correlation_time},
+        {"correlation_length_m", correlation_length},
+        {"loads", loads},
+        {"damping_ratio", mass_damping ? Json() : Json(damping_ratio)},
+        {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
+        {"period_s", period},
+        {"frames_per_second", frames_per_second},
+        {"samples", conditions.loop.sample_count},
+        {"seed", seed}}},
+      {"mode_count", subject.modes.count()},
+      {"frequencies_hz", std::vector<double>(subject.modes.frequency.begin(), subject.modes.frequency.end())},
+      {"motion", describe(statistics)},
+      {"outputs", outputs},
+      {"stages", log.json()},
+      {"peak_bytes", peak_bytes()}};
   write_file_atomically(report, json.dump(1) + '\n');
   std::cerr << "tremula: wrote " << report << '\n';
 }
@@ -238,10 +245,12 @@ void add_animate(CLI::App& app) {
   sub.add_option("INPUT", command->input,
                  "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys) or a preset")
       ->required();
-  sub.add_option("-o,--output", command->outputs,
-                 "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
-                 "per frame), .png (contact sheet); may be repeated");
-  sub.add_option("--report", command->report, "What was done, as JSON: settings, frequencies, seconds and memory");
+  sub.add_option(
+      "-o,--output", command->outputs,
+      "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
+      "per frame), .png (contact sheet); may be repeated");
+  sub.add_option("--report", command->report,
+                 "What was done, as JSON: settings, frequencies, seconds and memory");
   sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
   sub.add_option("--modes", command->mode_count, "How many of the lowest modes move the plant; -1: all")
       ->capture_default_str();
@@ -278,7 +287,8 @@ void add_animate(CLI::App& app) {
   sub.add_option("--correlation-length", command->correlation_length, "d_c of Stam's filter [m]")
       ->capture_default_str()
       ->group(wind);
-  sub.add_option("--seed", command->seed, "Another seed gives another realisation of the same wind (0 or more)")
+  sub.add_option("--seed", command->seed,
+                 "Another seed gives another realisation of the same wind (0 or more)")
       ->capture_default_str()
       ->group(wind);
 
@@ -290,7 +300,8 @@ void add_animate(CLI::App& app) {
   sub.add_option("--damping-ratio", command->damping_ratio, "Of every mode, 1 is critical")
       ->capture_default_str()
       ->group(motion);
-  sub.add_option("--mass-damping", command->mass_damping, "alpha of C = alpha M (Stam) instead of the ratio [1/s]")
+  sub.add_option("--mass-damping", command->mass_damping,
+                 "alpha of C = alpha M (Stam) instead of the ratio [1/s]")
       ->group(motion);
   sub.add_option("--loads", command->loads, "linearised: drag about the mean wind; paper: eq. 3 as printed")
       ->check(CLI::IsMember({"linearised", "paper"}))

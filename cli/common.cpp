@@ -1,8 +1,10 @@
 #include "common.hpp"
 
-#include <sys/resource.h>
-#include <tbb/global_control.h>
-#include <unistd.h>
+#include "tremula/base/error.hpp"
+#include "tremula/geometry/grow.hpp"
+#include "tremula/geometry/lsystem.hpp"
+#include "tremula/geometry/plants.hpp"
+#include "tremula/io/atomic_file.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -12,11 +14,9 @@
 #include <iostream>
 #include <mutex>
 
-#include "tremula/base/error.hpp"
-#include "tremula/geometry/grow.hpp"
-#include "tremula/geometry/lsystem.hpp"
-#include "tremula/geometry/plants.hpp"
-#include "tremula/io/atomic_file.hpp"
+#include <sys/resource.h>
+#include <tbb/global_control.h>
+#include <unistd.h>
 
 namespace tremula::cli {
 namespace {
@@ -43,7 +43,8 @@ std::vector<std::pair<std::string, double>> parse_constants(const std::vector<st
 Plant grow_plant(const std::string& name, const std::string& text, const std::string& text_name,
                  std::optional<std::uint64_t> seed, const std::vector<std::string>& constants) {
   const LSystem system = parse_lsystem(text, text_name);
-  const GrownPlant grown = grow(system, {.seed = seed, .constants = parse_constants(constants), .limits = {}});
+  const GrownPlant grown =
+      grow(system, {.seed = seed, .constants = parse_constants(constants), .limits = {}});
   return {name, {grown.skeleton, "l-system", {}}, grown.bark_color, grown.leaf_color};
 }
 
@@ -62,15 +63,16 @@ Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_s
   const bool exists = std::filesystem::exists(input);
   if (!exists) {
     const auto presets = plant_presets();
-    const auto found =
-        std::find_if(presets.begin(), presets.end(), [&](const PlantPreset& preset) { return preset.name == input; });
+    const auto found = std::find_if(presets.begin(), presets.end(),
+                                    [&](const PlantPreset& preset) { return preset.name == input; });
     if (found != presets.end()) {
-      return grow_plant(std::string(found->name), std::string(found->text), std::string(found->name), growth_seed,
-                        constants);
+      return grow_plant(std::string(found->name), std::string(found->text), std::string(found->name),
+                        growth_seed, constants);
     }
     std::string names;
     for (const PlantPreset& preset : presets) names += (names.empty() ? "" : ", ") + std::string(preset.name);
-    throw InputError(input, "there is no such file or preset", "a tree file, an L-system (.lsys) or one of " + names);
+    throw InputError(input, "there is no such file or preset",
+                     "a tree file, an L-system (.lsys) or one of " + names);
   }
   if (lower_extension(input) == ".lsys") {
     return grow_plant(name, read_file(input, std::size_t{16} << 20), input, growth_seed, constants);
@@ -80,7 +82,8 @@ Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_s
 }
 
 void print_warnings(const Plant& plant) {
-  for (const Repair& repair : plant.imported.repairs) std::cerr << "tremula: warning: " << repair.message << '\n';
+  for (const Repair& repair : plant.imported.repairs)
+    std::cerr << "tremula: warning: " << repair.message << '\n';
 }
 
 Json describe(const Plant& plant) {
@@ -130,7 +133,8 @@ void StructureFlags::add_to(CLI::App& command) {
   command.add_option("--material", material, "What the branches are made of: " + names)
       ->capture_default_str()
       ->group(group);
-  command.add_option("--youngs-modulus", youngs_modulus, "Young's modulus E along the grain [Pa]")->group(group);
+  command.add_option("--youngs-modulus", youngs_modulus, "Young's modulus E along the grain [Pa]")
+      ->group(group);
   command.add_option("--shear-modulus", shear_modulus, "Shear modulus G of torsion [Pa]")->group(group);
   command.add_option("--density", density, "Density of green wood [kg/m^3]")->group(group);
   command
@@ -177,7 +181,8 @@ void ThreadsFlag::add_to(CLI::App& command) {
 
 void ThreadsFlag::run(const std::function<void()>& work) const {
   if (count == 0) return work();
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count));
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<std::size_t>(count));
   work();
 }
 
@@ -204,8 +209,8 @@ struct StageLog::Impl {
     if (!terminal || Clock::now() - drawn < std::chrono::milliseconds(100)) return;
     drawn = Clock::now();
     const int filled = static_cast<int>(30 * done);
-    std::fprintf(stderr, "\r%-12s [%.*s%*s] %3.0f %%", current.c_str(), filled, "##############################",
-                 30 - filled, "", 100 * done);
+    std::fprintf(stderr, "\r%-12s [%.*s%*s] %3.0f %%", current.c_str(), filled,
+                 "##############################", 30 - filled, "", 100 * done);
     std::fflush(stderr);
   }
 };

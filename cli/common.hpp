@@ -1,15 +1,16 @@
 // What the subcommands share: opening plants, materials by flag, progress, and what was done as JSON.
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include "tremula/io/skeleton_files.hpp"
+#include "tremula/pipeline.hpp"
+
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tremula/io/skeleton_files.hpp"
-#include "tremula/pipeline.hpp"
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 namespace tremula::cli {
 

@@ -1,11 +1,12 @@
 // tremula grow: a plant from an L-system.
 
+#include "tremula/base/error.hpp"
+#include "tremula/geometry/plants.hpp"
+
 #include <iostream>
 
 #include "commands.hpp"
 #include "common.hpp"
-#include "tremula/base/error.hpp"
-#include "tremula/geometry/plants.hpp"
 
 namespace tremula::cli {
 namespace {
@@ -24,14 +25,17 @@ struct GrowCommand {
       }
       return;
     }
-    if (input.empty()) throw InputError("grow", "no plant", "a preset (tremula grow --list) or an L-system file");
+    if (input.empty())
+      throw InputError("grow", "no plant", "a preset (tremula grow --list) or an L-system file");
     if (output.empty()) throw InputError("grow", "no output", "-o FILE.swc");
-    if (lower_extension(output) != ".swc") throw InputError("-o " + output, "'" + lower_extension(output) + "'", ".swc");
+    if (lower_extension(output) != ".swc")
+      throw InputError("-o " + output, "'" + lower_extension(output) + "'", ".swc");
     const Plant plant = open_plant(input, seed, constants);
     write_swc(plant.imported.skeleton, output);
     const Skeleton& skeleton = plant.imported.skeleton;
-    std::cerr << "tremula: " << output << ": " << skeleton.branch_count() << " branches, " << skeleton.leaves.size()
-              << " leaves; next: tremula animate " << output << " -o " << plant.name << ".html\n";
+    std::cerr << "tremula: " << output << ": " << skeleton.branch_count() << " branches, "
+              << skeleton.leaves.size() << " leaves; next: tremula animate " << output << " -o " << plant.name
+              << ".html\n";
   }
 };
 
@@ -43,7 +47,8 @@ void add_grow(CLI::App& app) {
   sub.add_option("PRESET|FILE", command->input, "Name of a preset, or an L-system (.lsys)");
   sub.add_option("-o,--output", command->output, "The tree to write (.swc)");
   sub.add_option("--seed", command->seed, "Another seed gives another plant of the same kind (0 or more)");
-  sub.add_option("--set", command->constants, "NAME=NUMBER: change a constant of the L-system; may be repeated");
+  sub.add_option("--set", command->constants,
+                 "NAME=NUMBER: change a constant of the L-system; may be repeated");
   sub.add_flag("--list", command->list, "List the presets");
   sub.footer(
       "Examples:\n"

@@ -24,7 +24,8 @@ struct InfoCommand {
       std::cout << key << std::string(key.size() < 16 ? 16 - key.size() : 1, ' ')
                 << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
     }
-    for (const Repair& repair : plant.imported.repairs) std::cout << "repaired        " << repair.message << '\n';
+    for (const Repair& repair : plant.imported.repairs)
+      std::cout << "repaired        " << repair.message << '\n';
   }
 };
 
@@ -33,7 +34,8 @@ struct InfoCommand {
 void add_info(CLI::App& app) {
   auto command = std::make_shared<InfoCommand>();
   CLI::App& sub = *app.add_subcommand("info", "What is in a file: counts, extents, repairs");
-  sub.add_option("FILE", command->input, "A tree file, an L-system (.lsys) or the name of a preset")->required();
+  sub.add_option("FILE", command->input, "A tree file, an L-system (.lsys) or the name of a preset")
+      ->required();
   sub.add_option("--format", command->format, "table or json")
       ->check(CLI::IsMember({"table", "json"}))
       ->capture_default_str();

@@ -1,10 +1,11 @@
+#include "tremula/base/error.hpp"
+
 #include <exception>
 #include <iostream>
 #include <new>
 #include <string>
 
 #include "commands.hpp"
-#include "tremula/base/error.hpp"
 
 namespace {
 
@@ -20,7 +21,8 @@ int fail(std::string message, int code) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"tremula gives plants the motion that turbulent wind gives them, as loops that close exactly."};
+  CLI::App app{
+      "tremula gives plants the motion that turbulent wind gives them, as loops that close exactly."};
   app.name("tremula");
   app.set_version_flag("--version", "tremula " TREMULA_VERSION);
   app.require_subcommand(1);

@@ -1,12 +1,13 @@
 // tremula modes: how a plant can vibrate.
 
+#include "tremula/base/error.hpp"
+#include "tremula/io/atomic_file.hpp"
+
 #include <cstdio>
 #include <iostream>
 
 #include "commands.hpp"
 #include "common.hpp"
-#include "tremula/base/error.hpp"
-#include "tremula/io/atomic_file.hpp"
 
 namespace tremula::cli {
 namespace {
@@ -26,8 +27,8 @@ std::string as_table(const Plant& plant, const Modes& modes) {
   std::string text;
   char line[160];
   std::snprintf(line, sizeof line, "%s: %d branches, %d modes\n%6s %14s %12s %11s %11s\n", plant.name.c_str(),
-                plant.imported.skeleton.branch_count(), modes.count(), "mode", "frequency_hz", "period_s", "residual",
-                "error_bound");
+                plant.imported.skeleton.branch_count(), modes.count(), "mode", "frequency_hz", "period_s",
+                "residual", "error_bound");
   text += line;
   for (int r = 0; r < modes.count(); ++r) {
     std::snprintf(line, sizeof line, "%6d %14.6f %12.4f %11.1e %11.1e\n", r + 1, modes.frequency[r],
@@ -102,8 +103,9 @@ void ModesCommand::run() const {
 void add_modes(CLI::App& app) {
   auto command = std::make_shared<ModesCommand>();
   CLI::App& sub = *app.add_subcommand("modes", "Natural frequencies and shapes of a plant");
-  sub.add_option("INPUT", command->input, "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system "
-                                          "(.lsys) or the name of a preset")
+  sub.add_option("INPUT", command->input,
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system "
+                 "(.lsys) or the name of a preset")
       ->required();
   sub.add_option("--count", command->count, "How many of the lowest modes; -1: all")->capture_default_str();
   sub.add_option("--format", command->format, "table, json or csv")
@@ -113,7 +115,8 @@ void add_modes(CLI::App& app) {
   sub.add_option("--tolerance", command->tolerance, "Relative residual at which an iterated mode is done")
       ->check(CLI::Range(1e-15, 1e-3))
       ->capture_default_str();
-  sub.add_option("--method", command->method, "automatic, dense (all modes at once) or iterative (the lowest)")
+  sub.add_option("--method", command->method,
+                 "automatic, dense (all modes at once) or iterative (the lowest)")
       ->check(CLI::IsMember({"automatic", "dense", "iterative"}))
       ->capture_default_str();
   command->structure.add_to(sub);

@@ -37,6 +37,6 @@ struct TemporaryFolder {
 }  // namespace tremula::test
 
 // Skips, and says so, where the real data is not beside the project.
-#define TREMULA_NEED_DATA(relative)                                                       \
-  if (!std::filesystem::exists(tremula::test::data_folder() / (relative)))                \
+#define TREMULA_NEED_DATA(relative)                                        \
+  if (!std::filesystem::exists(tremula::test::data_folder() / (relative))) \
   GTEST_SKIP() << "no " << (tremula::test::data_folder() / (relative)) << ": set TREMULA_DATA"

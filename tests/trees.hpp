@@ -1,6 +1,9 @@
 // Small plants for the tests, made here.
 #pragma once
 
+#include "tremula/geometry/skeleton.hpp"
+#include "tremula/numerics/random.hpp"
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -8,12 +11,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "tremula/geometry/skeleton.hpp"
-#include "tremula/numerics/random.hpp"
-
 namespace tremula::test {
 
-inline Branch make_branch(int start_node, const Vec3& start, const Vec3& end, double start_radius, double end_radius) {
+inline Branch make_branch(int start_node, const Vec3& start, const Vec3& end, double start_radius,
+                          double end_radius) {
   Branch branch;
   branch.start_node = start_node;
   branch.start = start;
@@ -31,8 +32,8 @@ inline Skeleton straight_stem(int pieces, double length, double base_radius, dou
   const auto at = [&](int i) { return static_cast<double>(i) / pieces; };
   const auto radius = [&](int i) { return base_radius + at(i) * (tip_radius - base_radius); };
   for (int i = 0; i < pieces; ++i) {
-    skeleton.branches.push_back(make_branch(i, at(i) * length * direction, at(i + 1) * length * direction, radius(i),
-                                            radius(i + 1)));
+    skeleton.branches.push_back(
+        make_branch(i, at(i) * length * direction, at(i + 1) * length * direction, radius(i), radius(i + 1)));
   }
   return skeleton;
 }
@@ -47,11 +48,12 @@ inline Skeleton random_tree(int branch_count, std::uint64_t seed) {
   for (int k = 0; k < branch_count; ++k) {
     const int start_node = k == 0 ? 0 : 1 + static_cast<int>(draw(k, 0) * std::min(k, 1 + k / 2));
     const Vec3 start = skeleton.node_position(start_node);
-    const double parent_radius = start_node == 0 ? 0.08 : skeleton.branches[std::size_t(start_node - 1)].end_radius;
+    const double parent_radius =
+        start_node == 0 ? 0.08 : skeleton.branches[std::size_t(start_node - 1)].end_radius;
     const Vec3 direction = Vec3(2 * draw(k, 1) - 1, 2 * draw(k, 2) - 1, 0.3 + draw(k, 3)).normalized();
     const double radius = k == 0 ? 0.08 : parent_radius * (0.6 + 0.3 * draw(k, 4));
-    skeleton.branches.push_back(make_branch(start_node, start, start + (0.3 + 0.5 * draw(k, 5)) * direction, radius,
-                                            radius * (0.7 + 0.3 * draw(k, 6))));
+    skeleton.branches.push_back(make_branch(start_node, start, start + (0.3 + 0.5 * draw(k, 5)) * direction,
+                                            radius, radius * (0.7 + 0.3 * draw(k, 6))));
   }
   return skeleton;
 }
@@ -69,7 +71,8 @@ inline Skeleton cylinders_from_text(const std::filesystem::path& path) {
     double radius, length;
     Vec3 start, axis;
     int parent;
-    columns >> radius >> length >> start[0] >> start[1] >> start[2] >> axis[0] >> axis[1] >> axis[2] >> parent;
+    columns >> radius >> length >> start[0] >> start[1] >> start[2] >> axis[0] >> axis[1] >> axis[2] >>
+        parent;
     skeleton.branches.push_back(make_branch(parent, start, start + length * axis, radius, radius));
   }
   return skeleton;

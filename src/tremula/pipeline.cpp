@@ -1,11 +1,11 @@
 #include "tremula/pipeline.hpp"
 
+#include "tremula/base/error.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <string>
-
-#include "tremula/base/error.hpp"
 
 namespace tremula {
 namespace {

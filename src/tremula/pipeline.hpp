@@ -1,9 +1,6 @@
-// The cascade from end to end. Read this first: what depends on the plant alone is baked once; the wind and the
-// motion vary. pipeline.cpp is the whole story.
+// The cascade from end to end. Read this first: what depends on the plant alone is baked once; the wind and
+// the motion vary. pipeline.cpp is the whole story.
 #pragma once
-
-#include <functional>
-#include <string_view>
 
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
@@ -13,10 +10,13 @@
 #include "tremula/structure/structure.hpp"
 #include "tremula/wind/stam_wind.hpp"
 
+#include <functional>
+#include <string_view>
+
 namespace tremula {
 
-// Told which stage begins ("structure", "modes", "loads", "wind", "response") and, while a long one runs, how much
-// of it is done (0 … 1). May be called from several threads.
+// Told which stage begins ("structure", "modes", "loads", "wind", "response") and, while a long one runs, how
+// much of it is done (0 … 1). May be called from several threads.
 using Progress = std::function<void(std::string_view stage, double done)>;
 
 struct BakeOptions {

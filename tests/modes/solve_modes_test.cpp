@@ -1,13 +1,13 @@
 #include "tremula/modes/solve_modes.hpp"
 
-#include <gtest/gtest.h>
+#include "tremula/base/error.hpp"
 
 #include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "support.hpp"
 #include "trees.hpp"
-#include "tremula/base/error.hpp"
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace tremula {
 namespace {
@@ -32,7 +32,8 @@ TEST(SolveModes, AgreesWithTheLongDoubleReferenceForEveryMaterialAndSection) {
       const Modes modes = solve_modes(structure, {.count = 40, .method = method});
       for (int r = 0; r < 40; ++r) {
         const double wanted = set["frequency_hz"][static_cast<std::size_t>(r)];
-        EXPECT_NEAR(modes.frequency[r] / wanted, 1, 2e-12) << "mode " << r << " of set " << set["section_factor"];
+        EXPECT_NEAR(modes.frequency[r] / wanted, 1, 2e-12)
+            << "mode " << r << " of set " << set["section_factor"];
       }
     }
   }

@@ -1,4 +1,5 @@
-// Names for the small vectors and matrices that every stage shares. SI units; the world is right-handed, z up.
+// Names for the small vectors and matrices that every stage shares. SI units; the world is right-handed, z
+// up.
 #pragma once
 
 #include <Eigen/Core>

@@ -19,7 +19,8 @@ EndMotion start_motion(const Skeleton& skeleton, const Displacement& displacemen
 
 }  // namespace
 
-Displacement displacement_at(const Modes& modes, const Motion& motion, double time, Interpolation interpolation) {
+Displacement displacement_at(const Modes& modes, const Motion& motion, double time,
+                             Interpolation interpolation) {
   const Eigen::VectorXd coordinates = coordinates_at(motion, time, interpolation);
   // Mode by mode: the same order of additions for every frame, alone or in a sequence.
   Displacement displacement = motion.lean;
@@ -35,14 +36,16 @@ BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacem
   const double length = chord.norm();
   const Vec3 direction = chord / length;
 
-  // Hermite's cubics across the branch, from the deflections and slopes theta x d at the ends; linear along it.
+  // Hermite's cubics across the branch, from the deflections and slopes theta x d at the ends; linear along
+  // it.
   const double s2 = s * s, s3 = s2 * s;
-  const Vec3 slope0 = length * start.rotation.cross(direction), slope1 = length * end.rotation.cross(direction);
+  const Vec3 slope0 = length * start.rotation.cross(direction),
+             slope1 = length * end.rotation.cross(direction);
   const Vec3 cubic = (1 - 3 * s2 + 2 * s3) * start.translation + (s - 2 * s2 + s3) * slope0 +
                      (3 * s2 - 2 * s3) * end.translation + (s3 - s2) * slope1;
   const Vec3 straight = (1 - s) * start.translation + s * end.translation;
-  const Vec3 slope = ((6 * s2 - 6 * s) * (start.translation - end.translation) + (1 - 4 * s + 3 * s2) * slope0 +
-                      (3 * s2 - 2 * s) * slope1) /
+  const Vec3 slope = ((6 * s2 - 6 * s) * (start.translation - end.translation) +
+                      (1 - 4 * s + 3 * s2) * slope0 + (3 * s2 - 2 * s) * slope1) /
                      length;
   const double twist = ((1 - s) * start.rotation + s * end.rotation).dot(direction);
 
@@ -52,7 +55,8 @@ BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacem
   return point;
 }
 
-SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface, const Displacement& displacement) {
+SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
+                            const Displacement& displacement) {
   SurfaceDelta delta;
   delta.position.resize(surface.vertex_count());
   delta.normal.resize(surface.vertex_count());

@@ -1,14 +1,15 @@
 // Where every node is at one instant, and where that puts the points of branches and of the skin.
 #pragma once
 
-#include <Eigen/Core>
-#include <vector>
-
 #include "tremula/base/types.hpp"
 #include "tremula/dynamics/motion.hpp"
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/geometry/surface.hpp"
 #include "tremula/modes/modes.hpp"
+
+#include <vector>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -28,13 +29,14 @@ struct BranchPoint {
 // Both ends may be a rigid arm away from their nodes (Branch::start).
 BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s);
 
-// The skin carried along, to first order: each vertex moves with its cross section, x + u + theta x (x - axis).
-// Gives the change of positions and of normals per vertex; linear in `displacement`, so a mode shape gives a
-// morph target. (V) each.
+// The skin carried along, to first order: each vertex moves with its cross section, x + u + theta x (x -
+// axis). Gives the change of positions and of normals per vertex; linear in `displacement`, so a mode shape
+// gives a morph target. (V) each.
 struct SurfaceDelta {
   std::vector<Eigen::Vector3f> position;  // [m]
   std::vector<Eigen::Vector3f> normal;
 };
-SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface, const Displacement& displacement);
+SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
+                            const Displacement& displacement);
 
 }  // namespace tremula

@@ -1,18 +1,18 @@
 #include "tremula/dynamics/loads.hpp"
 
-#include <cmath>
-#include <string>
-
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/quadrature.hpp"
+
+#include <cmath>
+#include <string>
 
 namespace tremula {
 namespace {
 
 using Matrix12x3 = Eigen::Matrix<double, 12, 3>;
 
-// A force at s on the axis as forces on the two ends: the transpose of S eq. 1, B before it is integrated (S eq. 4).
-// A force across the branch makes moments d x f on the slopes.
+// A force at s on the axis as forces on the two ends: the transpose of S eq. 1, B before it is integrated (S
+// eq. 4). A force across the branch makes moments d x f on the slopes.
 Matrix12x3 end_forces(const Beam& beam, const Vec3& direction, double s) {
   const Shape shape = shape_at(beam, s);
   const Mat3 along = direction * direction.transpose();
@@ -25,7 +25,8 @@ Matrix12x3 end_forces(const Beam& beam, const Vec3& direction, double s) {
   return forces;
 }
 
-// Drag of 1/2 rho C A |u| u on the part u of the wind that counts, linearised about its mean: A C rho/2 |U| (P + n n^T).
+// Drag of 1/2 rho C A |u| u on the part u of the wind that counts, linearised about its mean: A C rho/2 |U|
+// (P + n n^T).
 struct Drag {
   Mat3 per_velocity = Mat3::Zero();
   Vec3 mean = Vec3::Zero();
@@ -84,8 +85,8 @@ Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, cons
     const Mat3 projection = Mat3::Identity() - direction * direction.transpose();
     BranchLoad load{Matrix12x3::Zero(), Eigen::Matrix<double, 12, 1>::Zero()};
     const double mean_radius = 0.5 * (beam.start_radius + beam.end_radius);
-    const Drag per_diameter = linearise(0.5 * options.air_density * options.branch_drag_coefficient, projection,
-                                        mean_wind.col(k));
+    const Drag per_diameter =
+        linearise(0.5 * options.air_density * options.branch_drag_coefficient, projection, mean_wind.col(k));
     for (const QuadraturePoint& point : quadrature) {
       const Matrix12x3 forces = beam.length * point.weight * end_forces(beam, direction, point.position);
       if (options.model == LoadModel::paper) {
@@ -120,7 +121,8 @@ Eigen::VectorXd mean_force(const Structure& structure, const Loads& loads) {
   return force;
 }
 
-Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads, const Eigen::Matrix3Xd& velocity) {
+Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads,
+                                  const Eigen::Matrix3Xd& velocity) {
   Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
   for (int k = 0; k < structure.branch_count(); ++k) {
     add_end_forces<double>(structure, k,
@@ -129,7 +131,8 @@ Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads
   return force;
 }
 
-Eigen::MatrixXd modal_participation(const Structure& structure, const Loads& loads, const Eigen::MatrixXd& shapes) {
+Eigen::MatrixXd modal_participation(const Structure& structure, const Loads& loads,
+                                    const Eigen::MatrixXd& shapes) {
   Eigen::MatrixXd participation(3 * structure.branch_count(), shapes.cols());
   for (Eigen::Index r = 0; r < shapes.cols(); ++r) {
     const Eigen::VectorXd shape = shapes.col(r);

@@ -1,11 +1,12 @@
 // What the wind does to a structure: nodal forces from the velocity at one point of each branch.
 #pragma once
 
-#include <Eigen/Core>
-#include <vector>
-
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/structure/structure.hpp"
+
+#include <vector>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -41,10 +42,12 @@ Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, cons
 
 // Nodal forces (6N) of the loads on all branches under the mean wind, and of a fluctuation v (3 x N).
 Eigen::VectorXd mean_force(const Structure& structure, const Loads& loads);
-Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads, const Eigen::Matrix3Xd& velocity);
+Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads,
+                                  const Eigen::Matrix3Xd& velocity);
 
 // Modal forces are participation^T * (v_x, v_y, v_z of branch 0, 1, …): (3N x m), real, the same for every
 // frequency. shapes (6N x m).
-Eigen::MatrixXd modal_participation(const Structure& structure, const Loads& loads, const Eigen::MatrixXd& shapes);
+Eigen::MatrixXd modal_participation(const Structure& structure, const Loads& loads,
+                                    const Eigen::MatrixXd& shapes);
 
 }  // namespace tremula

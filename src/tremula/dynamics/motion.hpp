@@ -5,12 +5,12 @@
 
 namespace tremula {
 
-// Modal coordinates at M equidistant instants of a loop that closes (sample M would equal sample 0), and the static
-// lean under the mean wind. The displacement at sample p is lean + shapes * coordinates.row(p)^T.
+// Modal coordinates at M equidistant instants of a loop that closes (sample M would equal sample 0), and the
+// static lean under the mean wind. The displacement at sample p is lean + shapes * coordinates.row(p)^T.
 struct Motion {
-  double period = 0;              // T [s]
-  Eigen::MatrixXd coordinates;    // (M x m) [m sqrt(kg)], row p at t = p T / M
-  Eigen::VectorXd lean;           // (6N) displacement under the mean wind [m, rad], rows as in Modes::shapes
+  double period = 0;            // T [s]
+  Eigen::MatrixXd coordinates;  // (M x m) [m sqrt(kg)], row p at t = p T / M
+  Eigen::VectorXd lean;         // (6N) displacement under the mean wind [m, rad], rows as in Modes::shapes
 
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
   int mode_count() const { return static_cast<int>(coordinates.cols()); }

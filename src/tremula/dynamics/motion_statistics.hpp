@@ -7,9 +7,9 @@
 namespace tremula {
 
 struct MotionStatistics {
-  double largest_lean = 0;          // displacement of a node under the mean wind [m]
-  double largest_lean_rotation = 0; // [rad]
-  double largest_rms = 0;           // root mean square over the loop of a node's displacement about the lean [m]
+  double largest_lean = 0;           // displacement of a node under the mean wind [m]
+  double largest_lean_rotation = 0;  // [rad]
+  double largest_rms = 0;  // root mean square over the loop of a node's displacement about the lean [m]
   double largest_rms_rotation = 0;  // [rad]
   int most_moved_branch = 0;        // whose end has the largest rms displacement
   Eigen::VectorXd coordinate_rms;   // (m) of the modal coordinates [m sqrt(kg)]

@@ -1,13 +1,13 @@
 #include "tremula/dynamics/response.hpp"
 
-#include <tbb/parallel_for.h>
+#include "tremula/base/error.hpp"
+#include "tremula/numerics/fft.hpp"
 
 #include <cmath>
 #include <complex>
 #include <string>
 
-#include "tremula/base/error.hpp"
-#include "tremula/numerics/fft.hpp"
+#include <tbb/parallel_for.h>
 
 namespace tremula {
 
@@ -26,8 +26,8 @@ Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeA
   return modal_forces;
 }
 
-Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis, const Damping& damping,
-               const Eigen::VectorXd& lean) {
+Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis,
+               const Damping& damping, const Eigen::VectorXd& lean) {
   const double given = damping.mass_proportional.value_or(damping.ratio);
   if (!std::isfinite(given) || given <= 0) {
     throw InputError(damping.mass_proportional ? "mass-proportional damping" : "damping ratio",
@@ -39,8 +39,8 @@ Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const T
     const double damping_rate = damping.mass_proportional.value_or(2 * damping.ratio * mode_omega[r]);
     for (int bin = 0; bin < axis.bin_count(); ++bin) {
       const double omega = axis.omega(bin);
-      coordinates(bin, r) = modal_forces(bin, r) / std::complex(mode_omega[r] * mode_omega[r] - omega * omega,
-                                                                damping_rate * omega);
+      coordinates(bin, r) = modal_forces(bin, r) /
+                            std::complex(mode_omega[r] * mode_omega[r] - omega * omega, damping_rate * omega);
     }
   }
   return {axis.period, samples_from_half_spectra(coordinates, axis.sample_count), lean};

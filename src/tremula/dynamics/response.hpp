@@ -1,13 +1,14 @@
 // From the wind to the motion, in the frequency domain (S section 3, 5 and 6).
 #pragma once
 
-#include <Eigen/Core>
-#include <functional>
-#include <optional>
-
 #include "tremula/dynamics/motion.hpp"
 #include "tremula/modes/modes.hpp"
 #include "tremula/numerics/time_axis.hpp"
+
+#include <functional>
+#include <optional>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -28,7 +29,7 @@ struct Damping {
 // S eq. 7 in every bin, the loop by inverse FFT:
 //   y_r(omega) = f_r(omega) / (omega_r^2 - omega^2 + i c_r omega),  omega = 2 pi p/T (errata S2).
 // modal_forces (M/2+1 x m); lean (6N) goes into the Motion as it is.
-Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis, const Damping& damping,
-               const Eigen::VectorXd& lean);
+Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis,
+               const Damping& damping, const Eigen::VectorXd& lean);
 
 }  // namespace tremula

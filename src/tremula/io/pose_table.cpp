@@ -1,8 +1,8 @@
 #include "tremula/io/pose_table.hpp"
 
-#include <charconv>
-
 #include "tremula/base/error.hpp"
+
+#include <charconv>
 
 namespace tremula {
 namespace {

@@ -1,17 +1,17 @@
 // Node poses as text: one row per frame and node.
 #pragma once
 
+#include "tremula/deformation/pose.hpp"
+
 #include <span>
 #include <string>
 
-#include "tremula/deformation/pose.hpp"
-
 namespace tremula {
 
-// Columns frame,time_s,node,x,y,z,rx,ry,rz: displaced position [m] in the plant's own (recentred) coordinates and
-// rotation vector [rad] of every node, roots first, then the ends of branches 0, 1, …. Frames are samples of the
-// motion, 0 … M-1 (M is frame 0 again). Numbers are written so that reading gives back the same double.
-// Throws InputError for a frame below 0 or above M.
+// Columns frame,time_s,node,x,y,z,rx,ry,rz: displaced position [m] in the plant's own (recentred) coordinates
+// and rotation vector [rad] of every node, roots first, then the ends of branches 0, 1, …. Frames are samples
+// of the motion, 0 … M-1 (M is frame 0 again). Numbers are written so that reading gives back the same
+// double. Throws InputError for a frame below 0 or above M.
 std::string encode_pose_table(const Skeleton& skeleton, const Modes& modes, const Motion& motion,
                               std::span<const int> frames);
 

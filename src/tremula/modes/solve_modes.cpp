@@ -1,14 +1,14 @@
 #include "tremula/modes/solve_modes.hpp"
 
-#include <Spectra/SymEigsSolver.h>
+#include "tremula/base/error.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
-#include "tremula/base/error.hpp"
+#include <Eigen/Eigenvalues>
+#include <Spectra/SymEigsSolver.h>
 
 namespace tremula {
 namespace {
@@ -21,8 +21,7 @@ class ComplianceForm {
   Eigen::Index rows() const { return structure_.size(); }
   Eigen::Index cols() const { return structure_.size(); }
   void perform_op(const double* in, double* out) const {
-    Eigen::VectorXd::Map(out, rows()) =
-        apply_compliance_form(structure_, Eigen::VectorXd::Map(in, rows()));
+    Eigen::VectorXd::Map(out, rows()) = apply_compliance_form(structure_, Eigen::VectorXd::Map(in, rows()));
     ++count_;
   }
   int count() const { return count_; }
@@ -47,8 +46,8 @@ Eigenpairs solve_dense(const Structure& structure, int count) {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (form + form.transpose()));
   if (solver.info() != Eigen::Success) throw Error("modes: the dense eigenvalue solver did not converge");
-  return {solver.eigenvalues().reverse().head(count), solver.eigenvectors().rowwise().reverse().leftCols(count),
-          static_cast<int>(size)};
+  return {solver.eigenvalues().reverse().head(count),
+          solver.eigenvectors().rowwise().reverse().leftCols(count), static_cast<int>(size)};
 }
 
 Eigenpairs solve_iteratively(const Structure& structure, int count, double tolerance) {
@@ -59,7 +58,8 @@ Eigenpairs solve_iteratively(const Structure& structure, int count, double toler
   solver.init();
   solver.compute(Spectra::SortRule::LargestAlge, 1000, tolerance);
   if (solver.info() != Spectra::CompInfo::Successful) {
-    throw Error("modes: the iteration did not converge in 1000 restarts; ask for fewer modes or a larger tolerance");
+    throw Error(
+        "modes: the iteration did not converge in 1000 restarts; ask for fewer modes or a larger tolerance");
   }
   return {solver.eigenvalues(), solver.eigenvectors(), form.count()};
 }

@@ -13,14 +13,14 @@ enum class ModeMethod {
 };
 
 struct ModeOptions {
-  int count = 40;            // how many of the lowest modes, 1 … 6N; `all_modes` for every one
+  int count = 40;  // how many of the lowest modes, 1 … 6N; `all_modes` for every one
   ModeMethod method = ModeMethod::automatic;
   double tolerance = 1e-12;  // of the iterative method: relative residual of omega^-2
 };
 inline constexpr int all_modes = -1;
 
-// Throws InputError when count is 0, below 0 (but for all_modes) or larger than 6N, Error when the iteration does
-// not converge.
+// Throws InputError when count is 0, below 0 (but for all_modes) or larger than 6N, Error when the iteration
+// does not converge.
 Modes solve_modes(const Structure& structure, const ModeOptions& options = {});
 
 }  // namespace tremula

@@ -8,7 +8,8 @@ namespace tremula {
 std::vector<QuadraturePoint> gauss_legendre(int count) {
   std::vector<QuadraturePoint> points;
   for (int i = 0; i < count; ++i) {
-    // Newton on P_n from the classical estimate of its i-th root; quadratic, so a fixed number of steps is enough.
+    // Newton on P_n from the classical estimate of its i-th root; quadratic, so a fixed number of steps is
+    // enough.
     double x = std::cos(std::numbers::pi * (i + 0.75) / (count + 0.5));
     double slope = 0;
     for (int step = 0; step < 50; ++step) {

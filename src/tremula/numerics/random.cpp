@@ -1,9 +1,9 @@
 #include "tremula/numerics/random.hpp"
 
-#include <Random123/philox.h>
-
 #include <cmath>
 #include <numbers>
+
+#include <Random123/philox.h>
 
 namespace tremula {
 namespace {

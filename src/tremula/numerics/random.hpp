@@ -1,5 +1,6 @@
-// Random numbers without a state: every number has an address (seed, stream, bin, place) and is always the same,
-// in whatever order and on however many threads it is drawn. Philox 4x32-10 (Salmon et al. 2011, Random123).
+// Random numbers without a state: every number has an address (seed, stream, bin, place) and is always the
+// same, in whatever order and on however many threads it is drawn. Philox 4x32-10 (Salmon et al. 2011,
+// Random123).
 #pragma once
 
 #include <complex>
@@ -20,8 +21,8 @@ enum class RandomStream : std::uint32_t {
 struct RandomAddress {
   std::uint64_t seed = 0;
   RandomStream stream = RandomStream::test;
-  std::uint32_t bin = 0;     // a frequency bin, a derivation step, …
-  std::uint64_t place = 0;   // a point, a branch, a letter, … below 2^32 * 2^32
+  std::uint32_t bin = 0;    // a frequency bin, a derivation step, …
+  std::uint64_t place = 0;  // a point, a branch, a letter, … below 2^32 * 2^32
 };
 
 // Uniform in [0, 1), 53 bits.

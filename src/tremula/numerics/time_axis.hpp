@@ -9,8 +9,8 @@ struct TimeAxis {
   int sample_count = 0;  // M
 
   int bin_count() const { return sample_count / 2 + 1; }
-  double frequency(int bin) const { return bin / period; }                            // [Hz]
-  double omega(int bin) const { return 6.283185307179586476925 * frequency(bin); }    // [rad/s] (errata S2)
+  double frequency(int bin) const { return bin / period; }                          // [Hz]
+  double omega(int bin) const { return 6.283185307179586476925 * frequency(bin); }  // [rad/s] (errata S2)
 };
 
 }  // namespace tremula

@@ -1,11 +1,12 @@
 #include "tremula/structure/beam.hpp"
 
-#include <Eigen/LU>
+#include "tremula/numerics/quadrature.hpp"
+
 #include <algorithm>
 #include <numbers>
 #include <vector>
 
-#include "tremula/numerics/quadrature.hpp"
+#include <Eigen/LU>
 
 namespace tremula {
 namespace {
@@ -26,11 +27,13 @@ Flexibility flexibility(double x, double a, double b) {
   return {x / (a * b), fourth, x * x * x / (3 * a3 * b), x * x * (a + 2 * b) / (6 * a3 * b * b), fourth};
 }
 
-double radius_at(const Beam& beam, double s) { return beam.start_radius + s * (beam.end_radius - beam.start_radius); }
+double radius_at(const Beam& beam, double s) {
+  return beam.start_radius + s * (beam.end_radius - beam.start_radius);
+}
 
 const std::vector<QuadraturePoint>& quadrature_for(const Beam& beam) {
-  // Equal radii: the integrands are polynomials of degree 6, four points are exact. Tapered: rational functions,
-  // smooth as long as the radii are of one order of magnitude.
+  // Equal radii: the integrands are polynomials of degree 6, four points are exact. Tapered: rational
+  // functions, smooth as long as the radii are of one order of magnitude.
   static const std::vector<QuadraturePoint> uniform = gauss_legendre(4), gentle = gauss_legendre(12),
                                             strong = gauss_legendre(64);
   const double ratio = std::max(beam.start_radius / beam.end_radius, beam.end_radius / beam.start_radius);
@@ -60,8 +63,8 @@ Shape shape_at(const Beam& beam, double s) {
   const Flexibility whole = flexibility(length, beam.start_radius, beam.end_radius);
   const Flexibility part = flexibility(x, beam.start_radius, radius_at(beam, s));
 
-  // The tip's deflection and slope relative to the rigidly carried start give the end force P and moment M; the
-  // section at x is the tip of a shorter beam under P and M + P (L - x).
+  // The tip's deflection and slope relative to the rigidly carried start give the end force P and moment M;
+  // the section at x is the tip of a shorter beam under P and M + P (L - x).
   Eigen::Matrix2d whole_bending, part_bending, carry;
   whole_bending << whole.deflection, whole.deflection_slope, whole.deflection_slope, whole.slope;
   part_bending << part.deflection, part.deflection_slope, part.deflection_slope, part.slope;
@@ -71,8 +74,10 @@ Shape shape_at(const Beam& beam, double s) {
   Shape shape;
   shape.axial << 1 - part.axial / whole.axial, part.axial / whole.axial;
   shape.torsion << 1 - part.torsion / whole.torsion, part.torsion / whole.torsion;
-  shape.deflection << 1 - relative(0, 0), x - length * relative(0, 0) - relative(0, 1), relative(0, 0), relative(0, 1);
-  shape.slope << -relative(1, 0), 1 - length * relative(1, 0) - relative(1, 1), relative(1, 0), relative(1, 1);
+  shape.deflection << 1 - relative(0, 0), x - length * relative(0, 0) - relative(0, 1), relative(0, 0),
+      relative(0, 1);
+  shape.slope << -relative(1, 0), 1 - length * relative(1, 0) - relative(1, 1), relative(1, 0),
+      relative(1, 1);
   return shape;
 }
 

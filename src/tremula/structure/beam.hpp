@@ -1,15 +1,16 @@
 // One branch as a beam: 3-D Euler–Bernoulli, round section, radii that may differ at the two ends.
 //
-// A round section has no preferred direction across the branch, so nothing here needs local y and z axes. With the
-// unit vector d along the branch, a displacement splits into a part along d, twist about d, and, across d, the
-// deflection v and the slope phi = theta x d (the derivative of v along the branch). Along, twist and bending are
-// uncoupled; bending is the same in all directions. So 12 x 12 matrices shrink to 2 x 2, 2 x 2 and 4 x 4 scalars.
+// A round section has no preferred direction across the branch, so nothing here needs local y and z axes.
+// With the unit vector d along the branch, a displacement splits into a part along d, twist about d, and,
+// across d, the deflection v and the slope phi = theta x d (the derivative of v along the branch). Along,
+// twist and bending are uncoupled; bending is the same in all directions. So 12 x 12 matrices shrink to 2 x
+// 2, 2 x 2 and 4 x 4 scalars.
 #pragma once
-
-#include <Eigen/Core>
 
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/structure/material.hpp"
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -19,9 +20,9 @@ enum class Section {
 };
 
 struct Beam {
-  double length;                      // [m]
-  double start_radius, end_radius;    // [m]
-  double inertia_factor;              // I / r^4: pi/4, or pi as printed in S
+  double length;                    // [m]
+  double start_radius, end_radius;  // [m]
+  double inertia_factor;            // I / r^4: pi/4, or pi as printed in S
   Material material;
 };
 
@@ -38,8 +39,9 @@ struct Compliance {
 };
 Compliance compliance(const Beam& beam);
 
-// How the section at s (0 start … 1 end) moves when the ends move and nothing loads the beam between them: the
-// exact static shape functions, Hermite's cubics for equal radii. v(s) = deflection . (v_0, phi_0, v_1, phi_1).
+// How the section at s (0 start … 1 end) moves when the ends move and nothing loads the beam between them:
+// the exact static shape functions, Hermite's cubics for equal radii. v(s) = deflection . (v_0, phi_0, v_1,
+// phi_1).
 struct Shape {
   Eigen::Vector2d axial;       // of (along_0, along_1)
   Eigen::Vector2d torsion;     // of (twist_0, twist_1)
@@ -48,8 +50,8 @@ struct Shape {
 };
 Shape shape_at(const Beam& beam, double s);
 
-// Consistent mass over the ends' displacements, in the same order as Shape. For equal radii it is Przemieniecki's
-// matrix with torsional and, unless dropped, rotatory inertia.
+// Consistent mass over the ends' displacements, in the same order as Shape. For equal radii it is
+// Przemieniecki's matrix with torsional and, unless dropped, rotatory inertia.
 struct ElementMass {
   Eigen::Matrix2d axial = Eigen::Matrix2d::Zero();    // [kg]
   Eigen::Matrix2d torsion = Eigen::Matrix2d::Zero();  // [kg m^2]

@@ -1,17 +1,18 @@
 #include "tremula/structure/material.hpp"
 
-#include <cmath>
-
 #include "tremula/base/error.hpp"
+
+#include <cmath>
 
 namespace tremula {
 namespace {
 
 // Young's modulus and density of green stems: the species parameters of ForestGALES (Hale et al. 2015, Forest
-// Ecology and Management 358, and the parameter files of its implementations). Nobody tabulates the shear modulus
-// of green stems; 0.075 of E lies amid the ratios 0.05 … 0.1 of G_LR to E_L of the Wood Handbook.
+// Ecology and Management 358, and the parameter files of its implementations). Nobody tabulates the shear
+// modulus of green stems; 0.075 of E lies amid the ratios 0.05 … 0.1 of G_LR to E_L of the Wood Handbook.
 Material green_stem(const char* name, double youngs_modulus, double density) {
-  return {name, youngs_modulus, 0.075 * youngs_modulus, density, "ForestGALES species parameters; G = 0.075 E"};
+  return {name, youngs_modulus, 0.075 * youngs_modulus, density,
+          "ForestGALES species parameters; G = 0.075 E"};
 }
 
 }  // namespace

@@ -63,7 +63,8 @@ template <class PerBranch>
 void for_each_branch_in_place(const Structure& structure, Eigen::VectorXd& vector, PerBranch&& map) {
   for (int k = 0; k < structure.branch_count(); ++k) {
     const Vec3& direction = structure.direction[index_of(k)];
-    const Split out = map(index_of(k), Split(vector.segment<3>(6 * k), vector.segment<3>(6 * k + 3), direction));
+    const Split out =
+        map(index_of(k), Split(vector.segment<3>(6 * k), vector.segment<3>(6 * k + 3), direction));
     vector.segment<3>(6 * k) = out.translation(direction);
     vector.segment<3>(6 * k + 3) = out.rotation(direction);
   }
@@ -92,14 +93,15 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
   return structure;
 }
 
-EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement, int branch) {
+EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement,
+                                   int branch) {
   EndDisplacements ends{Vec3::Zero(), Vec3::Zero(), displacement.segment<3>(6 * branch),
                         displacement.segment<3>(6 * branch + 3)};
   const int parent = structure.parent[index_of(branch)];
   if (parent >= 0) {
     ends.start_rotation = displacement.segment<3>(6 * parent + 3);
-    ends.start_translation =
-        displacement.segment<3>(6 * parent) + ends.start_rotation.cross(structure.start_arm[index_of(branch)]);
+    ends.start_translation = displacement.segment<3>(6 * parent) +
+                             ends.start_rotation.cross(structure.start_arm[index_of(branch)]);
   }
   return ends;
 }
@@ -142,7 +144,8 @@ Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorX
     const int parent = structure.parent[index_of(k)];
     if (parent < 0) continue;
     const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
-    wrench.segment<3>(6 * k) -= displacement.segment<3>(6 * parent) + rotation.cross(structure.reach[index_of(k)]);
+    wrench.segment<3>(6 * k) -=
+        displacement.segment<3>(6 * parent) + rotation.cross(structure.reach[index_of(k)]);
     wrench.segment<3>(6 * k + 3) -= rotation;
   }
   for_each_branch_in_place(structure, wrench, [&](std::size_t k, const Split& e) {
@@ -158,7 +161,8 @@ Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorX
     if (parent < 0) continue;
     const Vec3 end_force = wrench.segment<3>(6 * k);
     force.segment<3>(6 * parent) -= end_force;
-    force.segment<3>(6 * parent + 3) -= wrench.segment<3>(6 * k + 3) + structure.reach[index_of(k)].cross(end_force);
+    force.segment<3>(6 * parent + 3) -=
+        wrench.segment<3>(6 * k + 3) + structure.reach[index_of(k)].cross(end_force);
   }
   return force;
 }
@@ -193,7 +197,8 @@ Eigen::VectorXd apply_compliance_form(const Structure& structure, const Eigen::V
   for_each_branch_in_place(structure, vector, [&](std::size_t k, const Split& wrench) {  // S^T
     const ComplianceRoot root(structure.compliances[k]);
     return Split(root.axial * wrench.along, root.torsion * wrench.twist,
-                 root.deflection * wrench.across + root.slope_deflection * wrench.bend, root.slope * wrench.bend);
+                 root.deflection * wrench.across + root.slope_deflection * wrench.bend,
+                 root.slope * wrench.bend);
   });
   return vector;
 }

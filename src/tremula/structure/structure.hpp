@@ -1,21 +1,23 @@
 // A plant as a structure: beams hung on each other, clamped at the roots.
 //
-// A clamped tree is statically determinate, so the stiffness matrix K is never built. With e the displacement of
-// each branch's end relative to its rigidly carried start, u = B^-1 e is a sweep from the roots to the tips,
-// wrenches add up by B^-T from the tips to the roots, and each branch answers with the compliance C of its tip:
+// A clamped tree is statically determinate, so the stiffness matrix K is never built. With e the displacement
+// of each branch's end relative to its rigidly carried start, u = B^-1 e is a sweep from the roots to the
+// tips, wrenches add up by B^-T from the tips to the roots, and each branch answers with the compliance C of
+// its tip:
 //
 //   K^-1 = B^-1 C B^-T,     M = sum over branches of their consistent masses.
 //
-// Displacement and force vectors have 6 rows per branch: those of the node at its end (x y z, rotation or moment
-// x y z; world axes). Roots have none.
+// Displacement and force vectors have 6 rows per branch: those of the node at its end (x y z, rotation or
+// moment x y z; world axes). Roots have none.
 #pragma once
-
-#include <Eigen/Core>
-#include <vector>
 
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/structure/beam.hpp"
 #include "tremula/structure/material.hpp"
+
+#include <vector>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -27,13 +29,13 @@ struct StructureOptions {
 
 // One entry per branch in every array, parents before children.
 struct Structure {
-  std::vector<int> parent;             // branch that carries the start, -1 a root
-  std::vector<Vec3> direction;         // unit vector along the branch
-  std::vector<Vec3> start_arm;         // from the node that carries the branch to its start [m]
-  std::vector<Vec3> reach;             // from that node to the end of the branch [m]
+  std::vector<int> parent;      // branch that carries the start, -1 a root
+  std::vector<Vec3> direction;  // unit vector along the branch
+  std::vector<Vec3> start_arm;  // from the node that carries the branch to its start [m]
+  std::vector<Vec3> reach;      // from that node to the end of the branch [m]
   std::vector<Beam> beams;
   std::vector<Compliance> compliances;
-  std::vector<ElementMass> masses;     // of wood and of the leaves the branch carries
+  std::vector<ElementMass> masses;  // of wood and of the leaves the branch carries
 
   int branch_count() const { return static_cast<int>(parent.size()); }
   Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(parent.size()); }
@@ -51,16 +53,18 @@ Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorX
 // K^-1 f = B^-1 C B^-T f: the static deflection, exact. (6N) [N, N m] -> (6N) [m, rad]
 Eigen::VectorXd solve_static(const Structure& structure, const Eigen::VectorXd& force);
 
-// The symmetric operator of the compliance form, S^T B^-T M B^-1 S with C = S S^T. Its eigenvalues are omega^-2;
-// an eigenvector s gives the mode B^-1 S s (S section 3 in a form that keeps all digits of the low modes).
+// The symmetric operator of the compliance form, S^T B^-T M B^-1 S with C = S S^T. Its eigenvalues are
+// omega^-2; an eigenvector s gives the mode B^-1 S s (S section 3 in a form that keeps all digits of the low
+// modes).
 Eigen::VectorXd apply_compliance_form(const Structure& structure, const Eigen::VectorXd& s);
 Eigen::VectorXd displacement_from_compliance_form(const Structure& structure, const Eigen::VectorXd& s);
 
-// The displacement of both ends of a branch, in world axes: what S eq. 1 calls (u_i, u_j), the first one carried
-// from its node to the start of the branch.
+// The displacement of both ends of a branch, in world axes: what S eq. 1 calls (u_i, u_j), the first one
+// carried from its node to the start of the branch.
 struct EndDisplacements {
   Vec3 start_translation, start_rotation, end_translation, end_rotation;
 };
-EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement, int branch);
+EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement,
+                                   int branch);
 
 }  // namespace tremula

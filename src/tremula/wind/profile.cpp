@@ -1,10 +1,10 @@
 #include "tremula/wind/profile.hpp"
 
+#include "tremula/base/error.hpp"
+
 #include <cmath>
 #include <numbers>
 #include <string>
-
-#include "tremula/base/error.hpp"
 
 namespace tremula {
 
@@ -17,7 +17,8 @@ void check_mean_wind(const MeanWind& wind) {
   check(std::isfinite(wind.heading), "heading", wind.heading, "an angle in degrees");
   check(wind.roughness_length > 0 && wind.roughness_length < wind.reference_height, "roughness length",
         wind.roughness_length, "above 0 m and below the reference height");
-  check(wind.power_exponent >= 0 && wind.power_exponent <= 1, "power exponent", wind.power_exponent, "0 to 1");
+  check(wind.power_exponent >= 0 && wind.power_exponent <= 1, "power exponent", wind.power_exponent,
+        "0 to 1");
 }
 
 double mean_speed(const MeanWind& wind, double height) {

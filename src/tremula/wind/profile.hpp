@@ -12,11 +12,11 @@ enum class ProfileKind {
 };
 
 struct MeanWind {
-  double speed = 6;               // U_ref at the reference height [m/s]
-  double reference_height = 10;   // [m]
-  double heading = 0;             // where it blows to, counter-clockwise from +x seen from above [degrees]
+  double speed = 6;              // U_ref at the reference height [m/s]
+  double reference_height = 10;  // [m]
+  double heading = 0;            // where it blows to, counter-clockwise from +x seen from above [degrees]
   ProfileKind profile = ProfileKind::logarithmic;
-  double roughness_length = 0.03; // z0, short grass [m]
+  double roughness_length = 0.03;  // z0, short grass [m]
   double power_exponent = 0.2;
 };
 

@@ -1,14 +1,14 @@
 #include "tremula/wind/stam_wind.hpp"
 
+#include "tremula/base/error.hpp"
+#include "tremula/numerics/random.hpp"
+#include "tremula/wind/spectrum.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <string>
-
-#include "tremula/base/error.hpp"
-#include "tremula/numerics/random.hpp"
-#include "tremula/wind/spectrum.hpp"
 
 namespace tremula {
 namespace {
@@ -17,7 +17,8 @@ constexpr int block_size = 64;
 constexpr double lowest_height = 0.5;
 constexpr RandomStream streams[3] = {RandomStream::wind_u, RandomStream::wind_v, RandomStream::wind_w};
 
-// Splits the points in half along the longer side of their box until a block is small: near points, near indices.
+// Splits the points in half along the longer side of their box until a block is small: near points, near
+// indices.
 void sort_into_blocks(const Eigen::Matrix3Xd& points, std::vector<int>& order, int first, int last,
                       std::vector<std::pair<int, int>>& blocks) {
   if (last - first <= block_size) {
@@ -109,7 +110,8 @@ void StamWindAtPoints::filter(double omega, const Eigen::Matrix<float, Eigen::Dy
       if (i == j) continue;
       filtered.middleRows(columns.first, columns.count).noalias() +=
           weights.matrix().transpose() * noise.middleRows(rows.first, rows.count);
-      squared_weights.segment(columns.first, columns.count) += weights.square().colwise().sum().matrix().transpose();
+      squared_weights.segment(columns.first, columns.count) +=
+          weights.square().colwise().sum().matrix().transpose();
     }
   }
 }

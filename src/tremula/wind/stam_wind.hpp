@@ -1,20 +1,22 @@
-// Stam's wind (S section 5): white noise at every branch, blurred in space by filters that shrink with frequency.
+// Stam's wind (S section 5): white noise at every branch, blurred in space by filters that shrink with
+// frequency.
 //
 //   v_k(omega) = sum over l of H_kl(omega) w_l(omega),   H_kl = exp(-t_c omega d_kl / d_c)        (S eq. 8)
 //
-// As printed, the variance at k is the sum of the squared weights: it grows with how many branches are near, and at
-// omega = 0 all points carry the same sum. With each row scaled to unit variance (the default, errata S7) the filter
-// shapes the coherence only, and a spectrum gives each height its strength.
+// As printed, the variance at k is the sum of the squared weights: it grows with how many branches are near,
+// and at omega = 0 all points carry the same sum. With each row scaled to unit variance (the default, errata
+// S7) the filter shapes the coherence only, and a spectrum gives each height its strength.
 #pragma once
-
-#include <Eigen/Core>
-#include <complex>
-#include <cstdint>
-#include <vector>
 
 #include "tremula/base/types.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/profile.hpp"
+
+#include <complex>
+#include <cstdint>
+#include <vector>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -29,7 +31,7 @@ struct StamWind {
   double correlation_time = 1;        // t_c [s]
   double correlation_length = 4;      // d_c [m]
   StamRows rows = StamRows::unit_variance;
-  double cutoff = 1e-4;               // filters below this count as 0 (0 keeps every pair)
+  double cutoff = 1e-4;  // filters below this count as 0 (0 keeps every pair)
   std::uint64_t seed = 1;
 };
 
@@ -39,10 +41,12 @@ void check_stam_wind(const StamWind& wind);  // throws InputError
 // v_p exp(2 pi i p t/T), v_{-p} = conj(v_p), so that E|v_p|^2 = S(f_p)/(2T). World axes.
 class StamWindAtPoints {
  public:
-  // points (3 x N) [m], z above the ground. Heights below 0.5 m take the spectrum of 0.5 m, where F eq. 1 ends.
+  // points (3 x N) [m], z above the ground. Heights below 0.5 m take the spectrum of 0.5 m, where F eq. 1
+  // ends.
   StamWindAtPoints(const StamWind& wind, const TimeAxis& axis, const Eigen::Matrix3Xd& points);
 
-  // (3 x N) [m/s]. Bin 0, the mean, is zero unless the rows are as printed. May be called from several threads.
+  // (3 x N) [m/s]. Bin 0, the mean, is zero unless the rows are as printed. May be called from several
+  // threads.
   Eigen::Matrix3Xcd velocity(int bin) const;
 
  private:
@@ -56,8 +60,8 @@ class StamWindAtPoints {
   StamWind wind_;
   TimeAxis axis_;
   double friction_velocity_;
-  Eigen::VectorXd heights_, speeds_;        // (N) in the caller's order
-  std::vector<int> order_;                  // (N) caller's index of the sorted point
+  Eigen::VectorXd heights_, speeds_;                // (N) in the caller's order
+  std::vector<int> order_;                          // (N) caller's index of the sorted point
   Eigen::Matrix<float, Eigen::Dynamic, 3> points_;  // (N x 3) sorted so that blocks are compact
   std::vector<Block> blocks_;
 };
