@@ -43,6 +43,7 @@ constexpr std::array functions = {
     Function{"rand", Operation::uniform, 2, "rand(low, high)"},
     Function{"normal", Operation::normal, 2, "normal(mean, deviation)"},
     Function{"if", Operation::choose, 3, "if(condition, then, else)"},
+    Function{"height", Operation::height, 0, "height()"},
 };
 
 const Function* find_function(std::string_view name) {
@@ -321,6 +322,8 @@ struct Evaluator {
         const double mean = at(first), deviation = at(second);
         return mean + deviation * std::numbers::sqrt2 * complex_gaussian(address(values, node.slot)).real();
       }
+      case Operation::height:
+        return values.height;
       case Operation::choose:
         return at(first) != 0 ? at(second) : at(third);
     }

@@ -81,6 +81,7 @@ enum class Operation : std::uint8_t {
   uniform,
   normal,
   choose,
+  height,
 };
 
 struct ExpressionNode {
@@ -113,6 +114,7 @@ struct ExpressionValues {
   std::uint64_t seed = 0;
   std::uint64_t key = 0;        // of the letter that is being rewritten
   std::uint32_t statement = 0;  // which alternative of that letter
+  double height = 0;            // [m] above the ground, where that letter stands
 };
 
 // Reads the longest expression that begins at the cursor. Throws InputError for anything else, for unknown

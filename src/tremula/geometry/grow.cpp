@@ -130,7 +130,7 @@ class Grower {
 
   int choose(const Rule& rule, std::span<const double> arguments, std::uint64_t key) {
     weights_.assign(rule.alternatives.size(), -1.0);
-    ExpressionValues names = {constants_, arguments, seed_, key, 0};
+    ExpressionValues names = {constants_, arguments, seed_, key, 0, turtle_.position().z()};
     double total = 0;
     bool any = false;
     int last = -1;
