@@ -6,8 +6,8 @@
 
 namespace tremula {
 
-// Writes the bytes to PATH. Throws Error (naming the path and the system's reason) and leaves nothing behind when
-// that fails.
+// Writes the bytes to PATH. Throws Error (naming the path and the system's reason) and leaves nothing behind
+// when that fails.
 void write_file_atomically(const std::string& path, std::string_view bytes);
 
 // The whole of a file. Throws InputError when it cannot be opened, is a folder, or is larger than max_bytes.

@@ -1,24 +1,24 @@
 // Reads plants from the files people have, recognised by what stands in them rather than by their name.
 #pragma once
 
+#include "tremula/geometry/skeleton.hpp"
+
 #include <cstddef>
 #include <string>
 #include <vector>
-
-#include "tremula/geometry/skeleton.hpp"
 
 namespace tremula {
 
 // Something the reader mended because scans really look so; never silent.
 struct Repair {
-  std::string kind;      // stable key for reports: "recentred", "joined_to_nearest", "collapsed_zero_length", …
-  std::size_t count;     // how many branches (or nodes) it touched
-  std::string message;   // one sentence for people: "9 segments without parent joined to the nearest branch"
+  std::string kind;  // stable key for reports: "recentred", "joined_to_nearest", "collapsed_zero_length", …
+  std::size_t count;    // how many branches (or nodes) it touched
+  std::string message;  // one sentence for people: "9 segments without parent joined to the nearest branch"
 };
 
 struct ImportedSkeleton {
   Skeleton skeleton;
-  std::string format;    // "swc", "treeqsm-text", "treeqsm-mat", "simpleforest-csv"
+  std::string format;  // "swc", "treeqsm-text", "treeqsm-mat", "simpleforest-csv"
   std::vector<Repair> repairs;
 };
 

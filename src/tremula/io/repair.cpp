@@ -1,0 +1,350 @@
+#include "tremula/io/repair.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/io/nearest_branch.hpp"
+#include "tremula/io/text_table.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace tremula {
+namespace {
+
+// Ends nearer than this share of the plant's size are in one place; a branch that short has no length.
+constexpr double same_place = 1e-9;
+// Roots up to this share of the plant's height above the lowest are in the ground.
+constexpr double near_the_ground = 0.05;
+// Boxes looked at before joining gives up: seconds of work, and hundreds of times what real scans need.
+constexpr std::size_t most_visits = 1'000'000'000;
+
+std::string place(const RawTree& tree, int branch) {
+  const std::string number = std::to_string(tree.branches[branch].place);
+  return tree.place_is_line ? tree.path + ":" + number : tree.path + ": cylinder " + number;
+}
+
+void note(std::vector<Repair>& repairs, const char* kind, std::size_t count, const std::string& one,
+          const std::string& many) {
+  if (count == 0) return;
+  repairs.push_back({kind, count, std::to_string(count) + " " + (count == 1 ? one : many)});
+}
+
+[[noreturn]] void reject_cycle(const RawTree& tree, const std::vector<int>& chain, int again) {
+  std::string circle;
+  const auto first = std::find(chain.begin(), chain.end(), again);
+  for (auto k = first; k != chain.end(); ++k) {
+    if (k - first == 6) {
+      circle += "... > ";
+      break;
+    }
+    circle += std::to_string(tree.branches[*k].place) + " > ";
+  }
+  throw InputError(
+      place(tree, again),
+      "parents go round in a circle (" + circle + std::to_string(tree.branches[again].place) + ")",
+      "parents that lead to a root");
+}
+
+// The branches in an order with every parent before its children, otherwise as in `wanted`.
+// parent_of(k) < 0 ends a chain.
+template <typename ParentOf>
+std::vector<int> parents_first(const RawTree& tree, const std::vector<int>& wanted, ParentOf parent_of) {
+  enum State : char { untouched, on_the_chain, done };
+  std::vector<State> state(tree.branches.size(), untouched);
+  std::vector<int> order, chain;
+  order.reserve(wanted.size());
+  for (const int first : wanted) {
+    chain.clear();
+    int k = first;
+    for (; k >= 0 && state[k] != done; k = parent_of(k)) {
+      if (state[k] == on_the_chain) reject_cycle(tree, chain, k);
+      state[k] = on_the_chain;
+      chain.push_back(k);
+    }
+    for (auto up = chain.rbegin(); up != chain.rend(); ++up) {
+      state[*up] = done;
+      order.push_back(*up);
+    }
+  }
+  return order;
+}
+
+Extent extent(const RawTree& tree) {
+  Extent box{tree.branches[0].start, tree.branches[0].start};
+  for (const RawBranch& branch : tree.branches) {
+    box.low = box.low.cwiseMin(branch.start).cwiseMin(branch.end);
+    box.high = box.high.cwiseMax(branch.start).cwiseMax(branch.end);
+  }
+  return box;
+}
+
+void check_scale(const RawTree& tree, const Extent& box) {
+  const Vec3 size = box.high - box.low;
+  if (size.maxCoeff() < 1e-6) {
+    throw InputError(tree.path, "the whole plant measures " + shown(size.maxCoeff()) + " m",
+                     "at least 1e-06 m");
+  }
+  // Where coordinates are so large that neighbouring numbers lie a tenth of a branch apart, the lengths that
+  // the file once had are gone.
+  double total = 0;
+  for (const RawBranch& branch : tree.branches) total += (branch.end - branch.start).norm();
+  const double mean = total / static_cast<double>(tree.branches.size());
+  const double largest = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs()).maxCoeff();
+  if (largest * tree.resolution > 0.1 * mean) {
+    throw InputError(tree.path,
+                     "coordinates up to " + shown(largest) + " m are known to " +
+                         shown(largest * tree.resolution) + " m only, with branches of " + shown(mean) +
+                         " m on average",
+                     "coordinates nearer to the origin or in higher precision");
+  }
+}
+
+// Hash of what makes two branches the same: where they start and end, and what they grow from.
+std::uint64_t hash(const RawBranch& branch, int parent) {
+  std::uint64_t h = static_cast<std::uint64_t>(parent);
+  for (const Vec3* point : {&branch.start, &branch.end}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      h = (h ^ std::bit_cast<std::uint64_t>((*point)[axis] + 0.0)) *
+          0x9E3779B97F4A7C15u;  // + 0.0: one zero only
+      h ^= h >> 32;
+    }
+  }
+  return h;
+}
+
+// For each branch the one that stands for it: itself, the first in the same place, or, where it has no
+// length, what it grew from (-1: its root).
+struct Standing {
+  std::vector<int> branch;
+  std::vector<int> root;    // of each branch that grows from a root, after its parents were resolved
+  std::vector<int> parent;  // of each branch, after its parents were resolved
+  std::size_t collapsed = 0;
+  std::size_t dropped = 0;
+};
+
+Standing stand_for(const RawTree& tree, const std::vector<int>& order, double tolerance) {
+  Standing standing{std::vector<int>(tree.branches.size(), -1), std::vector<int>(tree.branches.size(), -1),
+                    std::vector<int>(tree.branches.size(), -1)};
+  // Open addressing: branches kept so far, at most half full.
+  std::vector<int> table(std::bit_ceil(2 * tree.branches.size()), -1);
+  const auto slot_of = [&](int k) -> int& {
+    const RawBranch& branch = tree.branches[k];
+    std::size_t slot = hash(branch, standing.parent[k]);
+    for (;; ++slot) {
+      int& other = table[slot & (table.size() - 1)];
+      if (other < 0 ||
+          (standing.parent[other] == standing.parent[k] && tree.branches[other].start == branch.start &&
+           tree.branches[other].end == branch.end)) {
+        return other;
+      }
+    }
+  };
+  for (const int k : order) {
+    const RawBranch& branch = tree.branches[k];
+    const int p = branch.parent;
+    standing.parent[k] = p < 0 ? -1 : standing.branch[p];
+    if (standing.parent[k] < 0) standing.root[k] = p < 0 ? branch.root : standing.root[p];
+    if ((branch.end - branch.start).norm() <= tolerance) {
+      ++standing.collapsed;
+      standing.branch[k] = standing.parent[k];
+      continue;
+    }
+    int& first = slot_of(k);
+    if (first < 0) {
+      first = k;
+    } else {
+      ++standing.dropped;
+    }
+    standing.branch[k] = first;
+  }
+  return standing;
+}
+
+// Joins every branch that grows from a loose root to the nearest branch of the tree, starting with the loose
+// piece nearest to it. Returns for each root the branch its piece was joined to, or -1.
+std::vector<int> join_loose_pieces(const RawTree& tree, const std::vector<int>& kept,
+                                   const Standing& standing, const std::vector<char>& clamped) {
+  std::vector<int> joined_to(tree.roots.size(), -1);
+  // The branches of each root's piece, as one list sorted by root.
+  std::vector<int> root_of(tree.branches.size(), -1);
+  std::vector<std::vector<int>> piece(tree.roots.size());
+  for (const int k : kept) {
+    root_of[k] = standing.parent[k] < 0 ? standing.root[k] : root_of[standing.parent[k]];
+    piece[root_of[k]].push_back(k);
+  }
+  std::vector<int> loose;
+  for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
+    if (!clamped[r] && !piece[r].empty()) loose.push_back(r);
+  }
+  if (loose.empty()) return joined_to;
+
+  std::vector<NearestBranch::Segment> segments;
+  segments.reserve(tree.branches.size());
+  for (const RawBranch& branch : tree.branches) segments.push_back({branch.start, branch.end});
+  NearestBranch search(std::move(segments));
+  for (const int k : kept) {
+    if (clamped[root_of[k]]) search.include(k);
+  }
+
+  std::size_t visited = 0;
+  const auto nearest = [&](int root) {
+    if (visited > most_visits) {
+      throw InputError(tree.path, std::to_string(loose.size()) + " pieces without parent lie entangled",
+                       "a file in which most branches have a parent");
+    }
+    return search.nearest(tree.roots[root], visited);
+  };
+  std::vector<std::pair<double, int>> by_distance;
+  for (const int r : loose) by_distance.emplace_back(nearest(r).squared_distance, r);
+  std::sort(by_distance.begin(), by_distance.end());
+  for (const auto& [distance, r] : by_distance) {
+    joined_to[r] = nearest(r).segment;
+    for (const int k : piece[r]) search.include(k);
+  }
+  return joined_to;
+}
+
+std::vector<char> clamped_roots(const RawTree& tree, const std::vector<int>& kept, const Standing& standing,
+                                const Extent& box, RootRule rule) {
+  std::vector<char> clamped(tree.roots.size(), 0);
+  int lowest = -1;
+  for (const int k : kept) {
+    if (standing.parent[k] >= 0) continue;
+    const int r = standing.root[k];
+    clamped[r] = 1;
+    if (lowest < 0 || std::pair(tree.roots[r].z(), r) < std::pair(tree.roots[lowest].z(), lowest)) lowest = r;
+  }
+  const double ground = tree.roots[lowest].z() + near_the_ground * (box.high.z() - box.low.z());
+  for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
+    if (rule == RootRule::lowest && r != lowest) clamped[r] = 0;
+    if (rule == RootRule::near_the_ground && tree.roots[r].z() > ground) clamped[r] = 0;
+  }
+  return clamped;
+}
+
+// Moves everything so that the lowest clamped root comes to the origin, where the file is really off centre:
+// the root further from the origin than the plant is large.
+void recentre(RawTree& tree, const std::vector<char>& clamped, const Extent& box) {
+  const Vec3* base = nullptr;
+  for (std::size_t r = 0; r < tree.roots.size(); ++r) {
+    if (clamped[r] && (base == nullptr || tree.roots[r].z() < base->z())) base = &tree.roots[r];
+  }
+  const Vec3 shift = *base;
+  if (shift.norm() <= (box.high - box.low).maxCoeff()) return;
+  for (Vec3& root : tree.roots) root -= shift;
+  for (RawBranch& branch : tree.branches) {
+    branch.start -= shift;
+    branch.end -= shift;
+  }
+  for (Leaf& leaf : tree.leaves) leaf.base -= shift;
+  tree.origin += shift;
+  tree.repairs.push_back({"recentred", tree.branches.size(),
+                          "recentred: the root stood at (" + shown(shift.x()) + ", " + shown(shift.y()) +
+                              ", " + shown(shift.z()) + ") m"});
+}
+
+}  // namespace
+
+ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_rule, CarrierRule carrier) {
+  if (tree.branches.empty()) throw InputError(tree.path, "no branch", "at least one");
+
+  // Parents before children.
+  const int count = static_cast<int>(tree.branches.size());
+  std::vector<int> as_in_file(count);
+  std::size_t before_parent = 0;
+  for (int k = 0; k < count; ++k) {
+    as_in_file[k] = k;
+    before_parent += tree.branches[k].parent > k;
+  }
+  const std::vector<int> order =
+      parents_first(tree, as_in_file, [&](int k) { return tree.branches[k].parent; });
+  note(tree.repairs, "reordered", before_parent, "segment stood before its parent and was put after it",
+       "segments stood before their parent and were put after it");
+
+  // What has no length, and what stands twice.
+  const Extent box = extent(tree);
+  check_scale(tree, box);
+  const double tolerance = same_place * (box.high - box.low).norm();
+  const Standing standing = stand_for(tree, order, tolerance);
+  note(tree.repairs, "collapsed_zero_length", standing.collapsed, "segment of zero length collapsed",
+       "segments of zero length collapsed");
+  note(tree.repairs, "dropped_duplicate", standing.dropped, "segment in the place of another dropped",
+       "segments in the place of another dropped");
+  std::vector<int> kept;
+  for (const int k : order) {
+    if (standing.branch[k] == k) kept.push_back(k);
+  }
+  if (kept.empty()) throw InputError(tree.path, "every branch has zero length", "at least one with a length");
+
+  // Which roots are clamped, and what happens to the pieces on the others.
+  const std::vector<char> clamped = clamped_roots(tree, kept, standing, box, root_rule);
+  recentre(tree, clamped, box);
+  const std::vector<int> joined_to = join_loose_pieces(tree, kept, standing, clamped);
+  note(tree.repairs, "joined_to_nearest",
+       static_cast<std::size_t>(
+           std::count_if(joined_to.begin(), joined_to.end(), [](int k) { return k >= 0; })),
+       "segment without parent joined to the nearest branch",
+       "segments without parent joined to the nearest branch");
+  const auto carried_by = [&](int k) {
+    return standing.parent[k] >= 0 ? standing.parent[k] : joined_to[standing.root[k]];
+  };
+  kept = parents_first(tree, kept, carried_by);
+
+  // The skeleton.
+  ImportedSkeleton imported{{}, format, {}};
+  Skeleton& skeleton = imported.skeleton;
+  std::vector<int> root_node(tree.roots.size(), -1);
+  for (std::size_t r = 0; r < tree.roots.size(); ++r) {
+    if (!clamped[r]) continue;
+    root_node[r] = skeleton.root_count();
+    skeleton.roots.push_back(tree.roots[r]);
+  }
+  std::vector<int> new_index(tree.branches.size(), -1);
+  skeleton.branches.reserve(kept.size());
+  for (const int k : kept) {
+    const RawBranch& raw = tree.branches[k];
+    Branch branch;
+    branch.start = raw.start;
+    branch.end = raw.end;
+    branch.start_radius = raw.start_radius;
+    branch.end_radius = raw.end_radius;
+    const int p = carried_by(k);
+    const bool joined = standing.parent[k] < 0 && p >= 0;
+    if (p < 0) {
+      branch.start_node = root_node[standing.root[k]];
+    } else {
+      const Branch& parent = skeleton.branches[new_index[p]];
+      const bool at_start = (joined || carrier == CarrierRule::nearer_end) &&
+                            (raw.start - parent.start).norm() < (raw.start - parent.end).norm();
+      // What is joined must not end up on the ground.
+      const bool grounded = joined && parent.start_node < skeleton.root_count();
+      branch.start_node = at_start && !grounded ? parent.start_node : skeleton.end_node(new_index[p]);
+    }
+    const Vec3& node = skeleton.node_position(branch.start_node);
+    if ((branch.start - node).norm() <= tolerance) branch.start = node;
+    new_index[k] = skeleton.branch_count();
+    skeleton.branches.push_back(branch);
+  }
+
+  std::size_t fallen = 0;
+  for (Leaf leaf : tree.leaves) {
+    const int k = standing.branch[leaf.branch];
+    if (k != leaf.branch) leaf.position = 1;
+    if (k < 0) {
+      ++fallen;
+      continue;
+    }
+    leaf.branch = new_index[k];
+    skeleton.leaves.push_back(leaf);
+  }
+  note(tree.repairs, "dropped_leaf", fallen, "leaf on a collapsed segment at the root dropped",
+       "leaves on collapsed segments at the root dropped");
+  skeleton.origin = tree.origin;
+  imported.repairs = std::move(tree.repairs);
+  check_skeleton(skeleton, tree.path);
+  return imported;
+}
+
+}  // namespace tremula

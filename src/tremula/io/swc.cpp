@@ -1,0 +1,261 @@
+#include "tremula/io/swc.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/io/atomic_file.hpp"
+#include "tremula/io/id_index.hpp"
+#include "tremula/io/repair.hpp"
+#include "tremula/io/text_table.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+#include <vector>
+
+namespace tremula {
+namespace {
+
+constexpr std::string_view marker = "# tremula";
+enum SampleType { type_root = 1, type_end = 2, type_foot = 16 };
+
+struct Sample {
+  long long id, parent;
+  Vec3 position;
+  double radius;
+  std::size_t line;
+  bool is_foot;
+};
+
+struct LeafLine {
+  long long sample;
+  Leaf leaf;
+  std::size_t line;
+};
+
+struct SwcFile {
+  std::vector<Sample> samples;
+  std::vector<LeafLine> leaves;
+  Vec3 origin = Vec3::Zero();
+  bool ours = false;  // written by write_swc
+};
+
+Vec3 point(const Row& row, std::size_t column, const char* const names[3]) {
+  return {row.coordinate(column, names[0]), row.coordinate(column + 1, names[1]),
+          row.coordinate(column + 2, names[2])};
+}
+
+// Fields 0 and 1 are "#" and the word.
+void parse_our_comment(const Row& row, SwcFile& file) {
+  if (row.fields.count < 2) return;
+  const auto check_count = [&](std::size_t wanted, const char* columns) {
+    if (row.fields.count == wanted) return;
+    throw InputError(
+        row.place(),
+        std::to_string(row.fields.count - 2) + " numbers after '# " + std::string(row.fields.at[1]) + "'",
+        std::to_string(wanted - 2) + " (" + columns + ")");
+  };
+  if (row.fields.at[1] == "origin") {
+    check_count(5, "x y z");
+    constexpr const char* names[] = {"origin x", "origin y", "origin z"};
+    file.origin = point(row, 2, names);
+  } else if (row.fields.at[1] == "leaf") {
+    check_count(17, "sample position base axis normal length width area mass");
+    constexpr const char* base[] = {"leaf base x", "leaf base y", "leaf base z"};
+    constexpr const char* axis[] = {"leaf axis x", "leaf axis y", "leaf axis z"};
+    constexpr const char* normal[] = {"leaf normal x", "leaf normal y", "leaf normal z"};
+    Leaf leaf;
+    leaf.position = row.finite(3, "leaf position");
+    leaf.base = point(row, 4, base);
+    leaf.axis = point(row, 7, axis);
+    leaf.normal = point(row, 10, normal);
+    leaf.length = row.positive(13, "leaf length");
+    leaf.width = row.positive(14, "leaf width");
+    leaf.area = row.positive(15, "leaf area");
+    leaf.mass = row.positive(16, "leaf mass");
+    file.leaves.push_back({row.integer(2, "leaf sample"), leaf, row.line});
+  }
+}
+
+SwcFile parse(std::string_view text, const std::string& path) {
+  SwcFile file;
+  TextLines lines{text};
+  std::string_view line;
+  while (lines.next(line)) {
+    if (lines.number == 1) file.ours = line.starts_with(marker);
+    if (line.empty() || (line[0] == '#' && !file.ours)) continue;
+    const Fields fields = split_at_blanks(line);
+    const Row row{path, lines.number, fields};
+    if (line[0] == '#') {
+      parse_our_comment(row, file);
+      continue;
+    }
+    if (fields.count != 7) {
+      throw InputError(row.place(), std::to_string(fields.count) + " columns",
+                       "the 7 of SWC: id type x y z radius parent");
+    }
+    if (file.samples.size() == most_branches) {
+      throw InputError(row.place(), "yet another sample", "at most " + std::to_string(most_branches));
+    }
+    constexpr const char* names[] = {"x", "y", "z"};
+    const long long type = row.integer(1, "type");
+    file.samples.push_back({row.integer(0, "id"), row.integer(6, "parent"), point(row, 2, names),
+                            row.positive(5, "radius"), row.line, file.ours && type == type_foot});
+  }
+  return file;
+}
+
+// Samples become branches: all but roots and feet.
+RawTree to_branches(const SwcFile& file, const std::string& path) {
+  const std::vector<Sample>& samples = file.samples;
+  std::vector<long long> ids;
+  std::vector<std::size_t> lines;
+  for (const Sample& sample : samples) {
+    ids.push_back(sample.id);
+    lines.push_back(sample.line);
+  }
+  const IdIndex index(ids, lines, path, "id");
+  const int count = static_cast<int>(samples.size());
+  const auto place = [&](const Sample& sample) { return path + ":" + std::to_string(sample.line); };
+
+  std::vector<int> parent(count, -1);
+  std::vector<char> has_children(count, 0);
+  for (int i = 0; i < count; ++i) {
+    const Sample& sample = samples[i];
+    if (sample.parent == -1) {
+      if (sample.is_foot) throw InputError(place(sample), "a foot (type 16) without parent", "a parent");
+      continue;
+    }
+    parent[i] = index.find(sample.parent);
+    if (parent[i] < 0) {
+      throw InputError(place(sample), "parent is " + std::to_string(sample.parent),
+                       "-1 or the id of a sample in this file");
+    }
+    if (sample.is_foot && samples[parent[i]].is_foot) {
+      throw InputError(place(sample), "a foot (type 16) on a foot",
+                       "a foot on a root or on the end of a branch");
+    }
+    has_children[parent[i]] = 1;
+  }
+
+  RawTree tree;
+  tree.path = path;
+  tree.origin = file.origin;
+  std::vector<int> root(count, -1), branch(count, -1);
+  std::size_t lone_roots = 0;
+  int branch_count = 0;
+  for (int i = 0; i < count; ++i) {
+    if (samples[i].is_foot) continue;
+    if (parent[i] >= 0) {
+      branch[i] = branch_count++;
+    } else if (has_children[i]) {
+      root[i] = static_cast<int>(tree.roots.size());
+      tree.roots.push_back(samples[i].position);
+    } else {
+      ++lone_roots;
+    }
+  }
+  tree.branches.reserve(branch_count);
+  for (int i = 0; i < count; ++i) {
+    if (branch[i] < 0) continue;
+    const Sample& start = samples[parent[i]];
+    const int carrier = start.is_foot ? parent[parent[i]] : parent[i];
+    tree.branches.push_back({start.position, samples[i].position, start.radius, samples[i].radius,
+                             branch[carrier], root[carrier], samples[i].line});
+  }
+  if (lone_roots > 0) {
+    tree.repairs.push_back(
+        {"dropped_lone_root", lone_roots,
+         std::to_string(lone_roots) +
+             (lone_roots == 1 ? " root without branches dropped" : " roots without branches dropped")});
+  }
+
+  for (const LeafLine& line : file.leaves) {
+    const int sample = index.find(line.sample);
+    if (sample < 0 || branch[sample] < 0) {
+      throw InputError(path + ":" + std::to_string(line.line),
+                       "leaf sample is " + std::to_string(line.sample),
+                       "the id of a sample that ends a branch");
+    }
+    tree.leaves.push_back(line.leaf);
+    tree.leaves.back().branch = branch[sample];
+  }
+  return tree;
+}
+
+void append(std::string& out, double value) {
+  char text[32];
+  out += ' ';
+  out.append(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+void append(std::string& out, const Vec3& v) {
+  for (int axis = 0; axis < 3; ++axis) append(out, v[axis]);
+}
+
+void append_sample(std::string& out, int id, SampleType type, const Vec3& position, double radius,
+                   int parent) {
+  out += std::to_string(id) + ' ' + std::to_string(type);
+  append(out, position);
+  append(out, radius);
+  out += ' ' + std::to_string(parent) + '\n';
+}
+
+}  // namespace
+
+ImportedSkeleton read_swc(std::string_view text, const std::string& path) {
+  const SwcFile file = parse(text, path);
+  return repair(to_branches(file, path), "swc", file.ours ? RootRule::all : RootRule::near_the_ground,
+                CarrierRule::end);
+}
+
+void write_swc(const Skeleton& skeleton, const std::string& path) {
+  check_skeleton(skeleton, path);
+  std::string out(marker);
+  out +=
+      " skeleton\n"
+      "# metres, z up; id type x y z radius parent\n"
+      "# type 1: clamped root; 2: end of a branch; 16: start of a branch, only a rigid link to its parent\n"
+      "# leaf: sample position base(3) axis(3) normal(3) length width area mass\n"
+      "# origin";
+  append(out, skeleton.origin);
+  out += '\n';
+
+  // Radius of the sample at each node, and its id. A root takes that of the first branch on it.
+  std::vector<double> radius(skeleton.node_count(), 0);
+  std::vector<int> id(skeleton.node_count());
+  for (const Branch& branch : skeleton.branches) {
+    if (radius[branch.start_node] == 0 && branch.start_node < skeleton.root_count()) {
+      radius[branch.start_node] = branch.start_radius;
+    }
+  }
+  int samples = 0;
+  for (int node = 0; node < skeleton.root_count(); ++node) {
+    if (radius[node] == 0) continue;  // nothing stands on it
+    id[node] = ++samples;
+    append_sample(out, id[node], type_root, skeleton.roots[node], radius[node], -1);
+  }
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& branch = skeleton.branches[k];
+    int parent = id[branch.start_node];
+    if (branch.start != skeleton.node_position(branch.start_node) ||
+        branch.start_radius != radius[branch.start_node]) {
+      append_sample(out, ++samples, type_foot, branch.start, branch.start_radius, parent);
+      parent = samples;
+    }
+    const int node = skeleton.end_node(k);
+    id[node] = ++samples;
+    radius[node] = branch.end_radius;
+    append_sample(out, id[node], type_end, branch.end, branch.end_radius, parent);
+  }
+  for (const Leaf& leaf : skeleton.leaves) {
+    out += "# leaf " + std::to_string(id[skeleton.end_node(leaf.branch)]);
+    append(out, leaf.position);
+    append(out, leaf.base);
+    append(out, leaf.axis);
+    append(out, leaf.normal);
+    for (const double size : {leaf.length, leaf.width, leaf.area, leaf.mass}) append(out, size);
+    out += '\n';
+  }
+  write_file_atomically(path, out);
+}
+
+}  // namespace tremula

@@ -1,0 +1,26 @@
+// SWC: one sample per line, `id type x y z radius parent`, parent -1 for a root. Samples are nodes; the
+// frustum between a sample and its parent is a branch.
+//
+// What a skeleton holds and plain SWC does not goes where other programs pass it by:
+//  - A branch that does not start exactly at its node, or not with the radius in which that node's own branch
+//  ends,
+//    gets a sample of type 16 (a "foot") at its start. A foot is no branch: between it and its parent there
+//    is no wood, only a rigid link (of length zero where just the radius steps).
+//  - Comments hold the origin (`# origin x y z`) and the leaves (`# leaf SAMPLE position`, base, axis and
+//  normal of
+//    three numbers each, then length width area mass).
+// Both are understood only in files whose first line starts with "# tremula": elsewhere type 16 and those
+// comments may mean anything.
+#pragma once
+
+#include "tremula/io/skeleton_files.hpp"
+
+#include <string>
+#include <string_view>
+
+namespace tremula {
+
+// `path` is for messages. write_swc is declared in skeleton_files.hpp.
+ImportedSkeleton read_swc(std::string_view text, const std::string& path);
+
+}  // namespace tremula
