@@ -43,7 +43,7 @@ void check_unit(const Vec3& axis, const std::string& name, std::size_t leaf, con
 void check_skeleton(const Skeleton& skeleton, const std::string& name) {
   if (skeleton.roots.empty()) throw InputError(name, "no root", "at least one");
   if (skeleton.branches.empty()) throw InputError(name, "no branch", "at least one");
-  check_point(skeleton.origin, name, "origin", 0, "coordinate");
+  if (!skeleton.origin.allFinite()) throw InputError(name, "the origin is not finite", "finite coordinates");
   for (std::size_t k = 0; k < skeleton.roots.size(); ++k) {
     check_point(skeleton.roots[k], name, "root", k, "coordinate");
   }
