@@ -61,8 +61,8 @@ async function start(): Promise<void> {
 
   let last = performance.now();
   const tick = (now: number): void => {
-    // A page that was hidden goes on where it stopped.
-    const passed = Math.min((now - last) / 1000, 0.1);
+    // A page that was hidden goes on where it stopped; the first frame may be stamped before its own start.
+    const passed = Math.min(Math.max((now - last) / 1000, 0), 0.1);
     last = now;
     if (player.playing && period > 0) player.time = (player.time + passed * player.speed) % period;
     draw();

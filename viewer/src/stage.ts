@@ -1,14 +1,14 @@
 // Sky, ground, light and camera around a plant.
 import {
-  ACESFilmicToneMapping, BackSide, Box3, BufferAttribute, Color, DirectionalLight, HemisphereLight, MathUtils, Mesh,
-  MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, RingGeometry, Scene, ShaderMaterial, Sphere,
-  SphereGeometry, Vector3, WebGLRenderer,
+  BackSide, Box3, BufferAttribute, Color, DirectionalLight, HemisphereLight, MathUtils, Mesh, MeshStandardMaterial,
+  PCFShadowMap, PerspectiveCamera, RingGeometry, Scene, ShaderMaterial, Sphere, SphereGeometry,
+  Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import type {Loop} from './loop';
 
 const zenith = new Color(0x7fa9cf), horizon = new Color(0xe8eef0), floor = new Color(0xcdd2c4);
-const turf = new Color(0x8d9a72);
+const turf = new Color(0x84906c);
 
 export class Stage {
   private readonly renderer: WebGLRenderer;
@@ -20,8 +20,9 @@ export class Stage {
   private framed = true;                 // until somebody moves the camera
 
   constructor(private readonly canvas: HTMLCanvasElement, loop: Loop) {
+    // Look across the wind, where its work shows most.
+    this.azimuth = MathUtils.degToRad((loop.facts.heading_deg) - 75);
     this.renderer = new WebGLRenderer({canvas, antialias: true});
-    this.renderer.toneMapping = ACESFilmicToneMapping;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
 
@@ -37,8 +38,6 @@ export class Stage {
     this.controls.enableDamping = true;
     this.controls.maxPolarAngle = MathUtils.degToRad(95);
     this.controls.addEventListener('start', () => { this.framed = false; });
-    // Look across the wind, where its work shows most.
-    this.azimuth = MathUtils.degToRad((loop.facts?.heading_deg ?? 0) - 75);
     this.resize();
   }
 
@@ -62,11 +61,11 @@ export class Stage {
   private frame(): void {
     const size = this.extent.getSize(new Vector3()), center = this.extent.getCenter(new Vector3());
     const radius = Math.max(size.x, size.z) / 2, half = Math.tan(MathUtils.degToRad(this.camera.fov / 2));
-    const distance = radius + 1.22 * Math.max(size.y / 2 / half, radius / half / this.camera.aspect);
+    const distance = radius + 1.12 * Math.max(size.y / 2 / half, radius / half / this.camera.aspect);
     const polar = MathUtils.degToRad(85);
     const direction = new Vector3(Math.sin(polar) * Math.cos(this.azimuth), Math.cos(polar),
                                   -Math.sin(polar) * Math.sin(this.azimuth));
-    this.controls.target.copy(center).addScaledVector(new Vector3(0, -1, 0), 0.05 * size.y);
+    this.controls.target.copy(center).addScaledVector(new Vector3(0, -1, 0), 0.06 * size.y);
     this.camera.position.copy(this.controls.target).addScaledVector(direction, distance);
     this.camera.near = 0.01 * distance;
     this.camera.far = 60 * distance;
@@ -79,9 +78,11 @@ export class Stage {
     const {center, radius} = this.extent.getBoundingSphere(new Sphere());
     const ground = new Vector3(center.x, this.extent.min.y, center.z);
 
-    const sun = new DirectionalLight(0xfff1dc, 3.2);
-    sun.position.copy(center).addScaledVector(new Vector3(-0.55, 1.05, 0.65).applyAxisAngle(
-        new Vector3(0, 1, 0), 0), 4 * radius);
+    // From behind the camera's left shoulder, so that the shadow falls beside the plant.
+    const towardsSun = new Vector3(-0.75, 1.1, 0.6).normalize().applyAxisAngle(
+        new Vector3(0, 1, 0), this.azimuth + Math.PI / 2);
+    const sun = new DirectionalLight(0xfff3e0, 2.7);
+    sun.position.copy(center).addScaledVector(towardsSun, 4 * radius);
     sun.target.position.copy(center);
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);
@@ -90,7 +91,7 @@ export class Stage {
                                       near: radius, far: 12 * radius});
     sun.shadow.normalBias = 2 * reach / 2048;
     sun.shadow.radius = 2.5;
-    this.scene.add(sun, sun.target, new HemisphereLight(0xdbe9f5, 0x7d7f64, 1.7));
+    this.scene.add(sun, sun.target, new HemisphereLight(0xe4eef8, 0xa09c84, 1.9));
 
     this.scene.add(makeSky(ground, 40 * radius), makeTurf(ground, 2.2 * radius));
   }

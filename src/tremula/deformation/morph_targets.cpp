@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 namespace tremula {
 namespace {
@@ -15,15 +16,17 @@ void check_fit(const Skeleton& skeleton, const Modes& modes, const Motion& motio
     throw Error("morph targets: " + what + " is " + std::to_string(found) + ", wanted " +
                 std::to_string(wanted));
   };
-  if (motion.sample_count() < 2) throw Error("morph targets: the motion has fewer than 2 samples");
+  if (motion.sample_count() < 1) throw Error("morph targets: the motion has no samples");
   if (motion.mode_count() != modes.count())
     fail("the motion's number of modes", motion.mode_count(), modes.count());
   if (modes.shapes.cols() != modes.count())
     fail("columns of mode shapes", modes.shapes.cols(), modes.count());
   if (modes.shapes.rows() != rows) fail("rows of mode shapes", modes.shapes.rows(), rows);
   if (motion.lean.size() != rows) fail("rows of the mean lean", motion.lean.size(), rows);
-  if (!(motion.period > 0) || !motion.coordinates.allFinite() || !motion.lean.allFinite() ||
-      !modes.shapes.allFinite()) {
+  if (!(motion.period > 0) || !std::isfinite(motion.period)) {
+    throw Error("morph targets: the period is " + std::to_string(motion.period) + ", wanted seconds above 0");
+  }
+  if (!motion.coordinates.allFinite() || !motion.lean.allFinite() || !modes.shapes.allFinite()) {
     throw Error("morph targets: the motion is not finite");
   }
 }
@@ -52,15 +55,18 @@ struct Key {
 };
 
 std::vector<Key> sample_keys(const Motion& motion) {
+  // Floats are furthest apart at the end. Two steps of theirs between samples, and rounding keeps samples
+  // apart.
+  const auto end = static_cast<float>(motion.period);
+  const double float_step = std::nextafter(end, std::numeric_limits<float>::infinity()) - end;
+  const auto sample_count = static_cast<double>(motion.coordinates.rows());
+  if (!(motion.period / sample_count >= 2 * float_step)) {
+    throw Error("morph targets: " + std::to_string(motion.sample_count()) + " samples in " +
+                decimals(motion.period) + " s cannot be told apart in single precision");
+  }
   std::vector<Key> keys;
   for (Eigen::Index p = 0; p <= motion.coordinates.rows(); ++p) {
-    const double time =
-        motion.period * (static_cast<double>(p) / static_cast<double>(motion.coordinates.rows()));
-    keys.push_back({static_cast<float>(time), p, 0});
-    if (p > 0 && !(keys[keys.size() - 2].time < keys.back().time)) {
-      throw Error("morph targets: " + std::to_string(motion.sample_count()) + " samples in " +
-                  decimals(motion.period) + " s cannot be told apart in single precision");
-    }
+    keys.push_back({static_cast<float>(motion.period * (static_cast<double>(p) / sample_count)), p, 0});
   }
   return keys;
 }

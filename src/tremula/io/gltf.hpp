@@ -28,7 +28,7 @@ struct LoopInfo {
 struct GltfOptions {
   // A target is stored sparsely where that is smaller; then changes below these bounds are left out.
   double position_tolerance = 1e-4;  // of the largest movement that any target gives any vertex
-  double normal_tolerance = 2e-3;    // length of the change of the unit normal, about radians
+  double normal_tolerance = 5e-3;    // length of the change of the unit normal, about radians
 };
 
 // The same arguments give the same bytes. Throws Error when the surface has no triangles, when a number is

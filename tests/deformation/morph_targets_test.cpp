@@ -1,0 +1,292 @@
+#include "tremula/deformation/morph_targets.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "trees.hpp"
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+double random_number(int what, int i) {  // -1 … 1
+  return 2 * uniform(
+                 {7, RandomStream::test, static_cast<std::uint32_t>(what), static_cast<std::uint64_t>(i)}) -
+         1;
+}
+
+Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, int what) {
+  Eigen::MatrixXd matrix(rows, columns);
+  for (Eigen::Index i = 0; i < matrix.size(); ++i)
+    matrix.data()[i] = random_number(what, static_cast<int>(i));
+  return matrix;
+}
+
+// A tree, a few points around its branches, and a motion without any order in it: y crosses zero everywhere.
+struct Case {
+  Skeleton skeleton = test::random_tree(12, 3);
+  Surface surface;
+  Modes modes;
+  Motion motion;
+
+  explicit Case(int mode_count = 4, int sample_count = 30) {
+    for (int branch = 0; branch < skeleton.branch_count(); ++branch) {
+      for (const double s : {0.0, 0.4, 1.0}) {
+        const Branch& b = skeleton.branches[static_cast<std::size_t>(branch)];
+        const Vec3 side = (b.end - b.start).unitOrthogonal();
+        surface.position.push_back((b.start + s * (b.end - b.start) + b.start_radius * side).cast<float>());
+        surface.normal.push_back(side.cast<float>());
+        surface.branch.push_back(branch);
+        surface.along.push_back(static_cast<float>(s));
+      }
+    }
+    const Eigen::Index rows = 6 * skeleton.branch_count();
+    modes.frequency = Eigen::VectorXd::LinSpaced(mode_count, 0.5716, 3);
+    modes.shapes = 0.01 * random_matrix(rows, mode_count, 0);
+    motion.period = 7.3;
+    motion.coordinates = 3 * random_matrix(sample_count, mode_count, 1);
+    motion.lean = 0.02 * random_matrix(rows, 1, 2);
+  }
+
+  MorphTargets morphs(MorphForm form) const {
+    return make_morph_targets(skeleton, surface, modes, motion, form);
+  }
+};
+
+// What a player does that knows keys and weights only.
+std::vector<double> play(const MorphTargets& morphs, double time) {
+  const auto after = std::upper_bound(morphs.times.begin(), morphs.times.end() - 1, time);
+  const auto k = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - morphs.times.begin(), 1));
+  const double begin = morphs.times[k - 1], end = morphs.times[k];
+  std::vector<double> weights;
+  for (std::size_t i = 0; i < morphs.target_count(); ++i) {
+    const double a = morphs.weight(k - 1, i), b = morphs.weight(k, i);
+    weights.push_back(a + (b - a) * (time - begin) / (end - begin));
+  }
+  return weights;
+}
+
+// The largest difference between the surface as played and as displacement_at() has it, over many instants,
+// as a part of the largest movement.
+double worst_error(const Case& c, const MorphTargets& morphs) {
+  double worst = 0, largest = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double time = c.motion.period * (random_number(3, i) + 1) / 2;
+    const SurfaceDelta wanted =
+        deform_surface(c.skeleton, c.surface, displacement_at(c.modes, c.motion, time));
+    const std::vector<double> weights = play(morphs, time);
+    for (std::size_t v = 0; v < c.surface.vertex_count(); ++v) {
+      Vec3 moved = Vec3::Zero(), turned = Vec3::Zero();
+      for (std::size_t t = 0; t < weights.size(); ++t) {
+        const MorphTarget& target = morphs.targets[t];
+        const SurfaceDelta& shape = morphs.shapes[static_cast<std::size_t>(target.shape)];
+        moved += weights[t] * target.sign * shape.position[v].cast<double>();
+        turned += weights[t] * target.sign * shape.normal[v].cast<double>();
+      }
+      worst = std::max(worst, (moved - wanted.position[v].cast<double>()).norm());
+      worst = std::max(worst, (turned - wanted.normal[v].cast<double>()).norm());
+      largest = std::max<double>(largest, wanted.position[v].norm());
+    }
+  }
+  return worst / largest;
+}
+
+// Weights, shapes and instants are floats; between samples y changes by several times its size per second.
+constexpr double float_error = 2e-5;
+
+TEST(MorphTargets, SignedWeightsGiveTheMotionAtAnyTime) {
+  const Case c;
+  EXPECT_LT(worst_error(c, c.morphs(MorphForm::signed_weights)), float_error);
+}
+
+TEST(MorphTargets, PairedWeightsGiveTheMotionAtAnyTime) {
+  const Case c;
+  EXPECT_LT(worst_error(c, c.morphs(MorphForm::paired)), float_error);
+}
+
+TEST(MorphTargets, PairedWeightsNeedTheKeysAtTheZeroCrossings) {
+  const Case c;
+  MorphTargets morphs = c.morphs(MorphForm::paired);
+  // Without them, a mode that changes its sign between two samples would move both ways at once.
+  MorphTargets sampled = morphs;
+  sampled.times.clear();
+  sampled.weights.clear();
+  const MorphTargets samples = c.morphs(MorphForm::signed_weights);
+  for (std::size_t k = 0; k < morphs.key_count(); ++k) {
+    if (!std::binary_search(samples.times.begin(), samples.times.end(), morphs.times[k])) continue;
+    sampled.times.push_back(morphs.times[k]);
+    for (std::size_t t = 0; t < morphs.target_count(); ++t) sampled.weights.push_back(morphs.weight(k, t));
+  }
+  ASSERT_EQ(sampled.key_count(), samples.key_count());
+  // The sum of both halves is still right; what is wrong is that they overlap.
+  double overlap = 0, overlap_without = 0;
+  for (int i = 0; i < 400; ++i) {
+    const double time = c.motion.period * (random_number(4, i) + 1) / 2;
+    const std::vector<double> with = play(morphs, time), without = play(sampled, time);
+    for (std::size_t t = 1; t + 1 < with.size(); t += 2) {
+      ASSERT_EQ(morphs.targets[t].mode, morphs.targets[t + 1].mode);
+      overlap = std::max(overlap, with[t] * with[t + 1]);
+      overlap_without = std::max(overlap_without, without[t] * without[t + 1]);
+    }
+  }
+  EXPECT_EQ(overlap, 0);
+  EXPECT_GT(overlap_without, 0.01);
+}
+
+TEST(MorphTargets, WeightsReachButDoNotPassOne) {
+  const Case c;
+  for (const MorphForm form : {MorphForm::signed_weights, MorphForm::paired}) {
+    const MorphTargets morphs = c.morphs(form);
+    const float least = form == MorphForm::paired ? 0 : -1;
+    for (const float weight : morphs.weights) {
+      EXPECT_GE(weight, least);
+      EXPECT_LE(weight, 1);
+      EXPECT_FALSE(weight == 0 && std::signbit(weight));
+    }
+    for (int mode = 0; mode < c.modes.count(); ++mode) {
+      float largest = 0;
+      for (std::size_t k = 0; k < morphs.key_count(); ++k) {
+        for (std::size_t t = 0; t < morphs.target_count(); ++t) {
+          if (morphs.targets[t].mode == mode) largest = std::max(largest, std::abs(morphs.weight(k, t)));
+        }
+      }
+      EXPECT_EQ(largest, 1);
+    }
+  }
+}
+
+TEST(MorphTargets, KeysIncreaseFromZeroToThePeriod) {
+  const Case c;
+  for (const MorphForm form : {MorphForm::signed_weights, MorphForm::paired}) {
+    const MorphTargets morphs = c.morphs(form);
+    ASSERT_GE(morphs.key_count(), 31U);
+    EXPECT_EQ(morphs.times.front(), 0);
+    EXPECT_EQ(morphs.times.back(), static_cast<float>(c.motion.period));
+    EXPECT_EQ(std::adjacent_find(morphs.times.begin(), morphs.times.end(), std::greater_equal<>()),
+              morphs.times.end());
+  }
+}
+
+TEST(MorphTargets, TheLastKeyIsTheFirstBitForBit) {
+  const Case c;
+  for (const MorphForm form : {MorphForm::signed_weights, MorphForm::paired}) {
+    const MorphTargets morphs = c.morphs(form);
+    const std::size_t row = morphs.target_count(), last = (morphs.key_count() - 1) * row;
+    ASSERT_EQ(morphs.weights.size(), last + row);
+    EXPECT_EQ(std::memcmp(&morphs.weights[0], &morphs.weights[last], row * sizeof(float)), 0);
+  }
+}
+
+TEST(MorphTargets, SampledKeysHoldTheSamples) {
+  const Case c;
+  const MorphTargets morphs = c.morphs(MorphForm::signed_weights);
+  ASSERT_EQ(morphs.key_count(), 31U);
+  for (int mode = 0; mode < c.modes.count(); ++mode) {
+    const double largest = c.motion.coordinates.col(mode).cwiseAbs().maxCoeff();
+    for (int p = 0; p < 30; ++p) {
+      EXPECT_EQ(morphs.weight(static_cast<std::size_t>(p), static_cast<std::size_t>(mode) + 1),
+                static_cast<float>(c.motion.coordinates(p, mode) / largest));
+    }
+  }
+}
+
+std::vector<std::string> names(const MorphTargets& morphs) {
+  std::vector<std::string> result;
+  for (const MorphTarget& target : morphs.targets) result.push_back(target.name);
+  return result;
+}
+
+TEST(MorphTargets, AreNamedByModeAndFrequency) {
+  const Case c(2);
+  EXPECT_THAT(names(c.morphs(MorphForm::signed_weights)),
+              ElementsAre("mean lean", "mode 01 0.572 Hz", "mode 02 3.000 Hz"));
+  EXPECT_THAT(names(c.morphs(MorphForm::paired)),
+              ElementsAre("mean lean", "mode 01 0.572 Hz +", "mode 01 0.572 Hz -", "mode 02 3.000 Hz +",
+                          "mode 02 3.000 Hz -"));
+}
+
+TEST(MorphTargets, NamesSortInTheOrderOfTheModes) {
+  const std::vector<std::string> all = names(Case(120, 3).morphs(MorphForm::paired));
+  EXPECT_TRUE(std::is_sorted(all.begin() + 1, all.end(), [](const std::string& a, const std::string& b) {
+    return a.substr(0, 8) < b.substr(0, 8);
+  }));
+  EXPECT_THAT(all.back(), HasSubstr("mode 120"));
+}
+
+TEST(MorphTargets, WhatDoesNotMoveGetsNone) {
+  Case c(3);
+  c.motion.coordinates.col(1).setZero();
+  c.motion.lean.setZero();
+  const MorphTargets morphs = c.morphs(MorphForm::signed_weights);
+  ASSERT_EQ(morphs.target_count(), 2U);
+  EXPECT_EQ(morphs.targets[0].mode, 0);
+  EXPECT_EQ(morphs.targets[1].mode, 2);
+  EXPECT_LT(worst_error(c, morphs), float_error);
+  EXPECT_EQ(morphs.frequencies.size(), 3U);
+
+  c.motion.coordinates.setZero();
+  EXPECT_EQ(c.morphs(MorphForm::paired).target_count(), 0U);
+}
+
+TEST(MorphTargets, AModeThatBendsOneWayOnlyGetsOneOfThePair) {
+  Case c(2);
+  c.motion.coordinates.col(0) = c.motion.coordinates.col(0).cwiseAbs();
+  c.motion.coordinates.col(1) = -c.motion.coordinates.col(1).cwiseAbs();
+  const MorphTargets morphs = c.morphs(MorphForm::paired);
+  EXPECT_THAT(names(morphs), ElementsAre("mean lean", "mode 01 0.572 Hz +", "mode 02 3.000 Hz -"));
+  EXPECT_LT(worst_error(c, morphs), float_error);
+}
+
+TEST(MorphTargets, CrossingsAtOneInstantShareAKey) {
+  Case c(2, 4);
+  c.motion.coordinates.col(0) << 1, -1, -1, 1;
+  c.motion.coordinates.col(1) << -2, 2, 2, 3;
+  const MorphTargets morphs = c.morphs(MorphForm::paired);
+  // Samples 0 … 4, both modes half way to sample 1, the first half way to 3, the second on its way back to 0.
+  EXPECT_EQ(morphs.key_count(), 5U + 3U);
+  EXPECT_LT(worst_error(c, morphs), float_error);
+}
+
+TEST(MorphTargets, StagesThatDoNotFitAreRejected) {
+  const auto message = [](const auto& spoil) -> std::string {
+    Case c;
+    spoil(c);
+    try {
+      c.morphs(MorphForm::paired);
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(message([](Case&) {}), "accepted");
+  EXPECT_THAT(message([](Case& c) { c.motion.coordinates.conservativeResize(30, 3); }),
+              HasSubstr("number of modes is 3, wanted 4"));
+  EXPECT_THAT(message([](Case& c) { c.modes.shapes.conservativeResize(66, 4); }),
+              HasSubstr("rows of mode shapes is 66, wanted 72"));
+  EXPECT_THAT(message([](Case& c) { c.motion.lean.conservativeResize(6); }),
+              HasSubstr("lean is 6, wanted 72"));
+  EXPECT_THAT(message([](Case& c) { c.motion.coordinates.resize(0, 4); }), HasSubstr("no samples"));
+  EXPECT_THAT(message([&](Case& c) { c.motion.coordinates(3, 2) = nan; }), HasSubstr("not finite"));
+  EXPECT_THAT(message([&](Case& c) { c.motion.lean(3) = nan; }), HasSubstr("not finite"));
+  EXPECT_THAT(message([](Case& c) { c.motion.period = 0; }), HasSubstr("period"));
+  EXPECT_THAT(message([&](Case& c) { c.motion.period = nan; }), HasSubstr("period"));
+}
+
+TEST(MorphTargets, SamplesCloserThanFloatsAreRejected) {
+  Case c(0);
+  c.motion.period = 1.5;
+  c.motion.coordinates.resize(1 << 24, 0);
+  EXPECT_THROW(c.morphs(MorphForm::signed_weights), Error);
+}
+
+}  // namespace
+}  // namespace tremula
