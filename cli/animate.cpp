@@ -6,12 +6,12 @@
 #include "tremula/io/gltf.hpp"
 #include "tremula/io/html.hpp"
 #include "tremula/io/pose_table.hpp"
-#include "tremula/render/contact_sheet.hpp"
-#include "tremula/render/raster.hpp"
+#include "tremula/render/render.hpp"
 
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <numbers>
 #include <numeric>
 
 #include "commands.hpp"
@@ -114,7 +114,11 @@ void write_contact_sheet(const std::string& path, const Loop& loop) {
   constexpr int columns = 4, rows = 3;
   std::vector<Image> images;
   std::vector<std::string> labels;
-  const Camera camera = frame_surface(loop.surface);
+  // Seen from upwind and a little to the side, so that the lean shows; the frame holds the plant at rest.
+  const Extent box = extent(loop.subject.skeleton);
+  constexpr double azimuth = -1.9, elevation = 0.12;
+  const Camera camera =
+      frame_extent(box.low, box.high, azimuth + loop.info.heading * std::numbers::pi / 180, elevation, 1);
   for (int i = 0; i < columns * rows; ++i) {
     const double time = loop.motion.period * i / (columns * rows);
     const SurfaceDelta delta = deform_surface(loop.subject.skeleton, loop.surface,

@@ -20,7 +20,7 @@ namespace tremula {
 using Progress = std::function<void(std::string_view stage, double done)>;
 
 struct BakeOptions {
-  StructureOptions structure;
+  StructureOptions structure = {};
   ModeOptions modes{.count = 20};
 };
 
@@ -32,9 +32,9 @@ struct Subject {
 };
 
 struct Weather {
-  StamWind wind;
-  LoadOptions loads;
-  Damping damping;
+  StamWind wind = {};
+  LoadOptions loads = {};
+  Damping damping = {};
   TimeAxis loop{.period = 20, .sample_count = 600};
 };
 

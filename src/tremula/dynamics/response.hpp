@@ -22,8 +22,8 @@ Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeA
                                const VelocityAtBin& velocity);
 
 struct Damping {
-  double ratio = 0.05;                      // zeta of every mode: c_r = 2 zeta omega_r
-  std::optional<double> mass_proportional;  // alpha [1/s] instead: c_r = alpha (S section 2)
+  double ratio = 0.05;                           // zeta of every mode: c_r = 2 zeta omega_r
+  std::optional<double> mass_proportional = {};  // alpha [1/s] instead: c_r = alpha (S section 2)
 };
 
 // S eq. 7 in every bin, the loop by inverse FFT:

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <string>
 
-#include <Eigen/Eigenvalues>
 #include <Spectra/SymEigsSolver.h>
+#include <Eigen/Eigenvalues>
 
 namespace tremula {
 namespace {

@@ -26,7 +26,7 @@ enum class StamRows {
 };
 
 struct StamWind {
-  MeanWind mean;
+  MeanWind mean = {};
   double turbulence_intensity = 0.2;  // sigma_u / U at the reference height
   double correlation_time = 1;        // t_c [s]
   double correlation_length = 4;      // d_c [m]

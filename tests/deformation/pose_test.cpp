@@ -1,0 +1,146 @@
+#include "tremula/deformation/pose.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "trees.hpp"
+
+namespace tremula {
+namespace {
+
+// Przemieniecki's interpolation for a beam along local x, 3 x 12: the A(s) of S eq. 1, written out (errata
+// S5).
+Eigen::Matrix<double, 3, 12> interpolation(double s, double l) {
+  Eigen::Matrix<double, 3, 12> a = Eigen::Matrix<double, 3, 12>::Zero();
+  const double s2 = s * s, s3 = s2 * s;
+  a(0, 0) = 1 - s;
+  a(0, 6) = s;
+  a(1, 1) = a(2, 2) = 1 - 3 * s2 + 2 * s3;
+  a(1, 5) = l * (s - 2 * s2 + s3);
+  a(2, 4) = -l * (s - 2 * s2 + s3);
+  a(1, 7) = a(2, 8) = 3 * s2 - 2 * s3;
+  a(1, 11) = l * (s3 - s2);
+  a(2, 10) = -l * (s3 - s2);
+  return a;
+}
+
+TEST(BranchPoint, IsEquation1) {
+  const Skeleton skeleton = test::random_tree(9, 3);
+  const Displacement u = 0.01 * Eigen::VectorXd::Random(6 * 9);
+  for (int k = 1; k < 9; ++k) {
+    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
+    const double l = branch.length();
+    const Vec3 x = (branch.end - branch.start) / l, y = x.unitOrthogonal();
+    Mat3 r;
+    r << x, y, x.cross(y);
+    Eigen::Matrix<double, 12, 1> ends;
+    ends << u.segment<6>(6 * skeleton.parent(k)), u.segment<6>(6 * k);
+    for (int block = 0; block < 4; ++block) {
+      ends.segment<3>(3 * block) = (r.transpose() * ends.segment<3>(3 * block)).eval();
+    }
+    for (const double s : {0.0, 0.2, 0.5, 0.9, 1.0}) {
+      const Vec3 wanted = r * interpolation(s, l) * ends;
+      EXPECT_LT((branch_point(skeleton, u, k, s).displacement - wanted).norm(), 1e-15) << k << ", " << s;
+    }
+  }
+}
+
+TEST(BranchPoint, PassesThroughItsNodesWithTheirRotations) {
+  const Skeleton skeleton = test::random_tree(9, 3);
+  const Displacement u = Eigen::VectorXd::Random(6 * 9);
+  for (int k = 1; k < 9; ++k) {
+    const BranchPoint start = branch_point(skeleton, u, k, 0), end = branch_point(skeleton, u, k, 1);
+    EXPECT_LT((start.displacement - u.segment<3>(6 * skeleton.parent(k))).norm(), 1e-13);
+    EXPECT_LT((start.rotation - u.segment<3>(6 * skeleton.parent(k) + 3)).norm(), 1e-13);
+    EXPECT_LT((end.displacement - u.segment<3>(6 * k)).norm(), 1e-13);
+    EXPECT_LT((end.rotation - u.segment<3>(6 * k + 3)).norm(), 1e-13);
+  }
+}
+
+TEST(BranchPoint, RotationIsTheSlopeOfTheCurve) {
+  const Skeleton skeleton = test::random_tree(4, 3);
+  const Displacement u = Eigen::VectorXd::Random(24);
+  const Branch& branch = skeleton.branches[2];
+  const Vec3 direction = (branch.end - branch.start).normalized();
+  const double s = 0.3, h = 1e-5;
+  const Vec3 slope =
+      (branch_point(skeleton, u, 2, s + h).displacement - branch_point(skeleton, u, 2, s - h).displacement) /
+      (2 * h * branch.length());
+  const Vec3 across = slope - slope.dot(direction) * direction;
+  EXPECT_LT((branch_point(skeleton, u, 2, s).rotation.cross(direction) - across).norm(), 1e-8);
+}
+
+TEST(BranchPoint, RigidMotionOfAllNodesIsARigidMotionOfAllPoints) {
+  Skeleton skeleton = test::random_tree(9, 3);
+  for (Branch& branch : skeleton.branches) {  // starts beside their nodes are carried too
+    if (branch.start_node > 0) branch.start += Vec3(0.02, 0, 0.01);
+  }
+  const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
+  Displacement u(6 * 9);
+  for (int k = 0; k < 9; ++k) {
+    u.segment<3>(6 * k) = translation + rotation.cross(skeleton.node_position(k + 1));
+    u.segment<3>(6 * k + 3) = rotation;
+  }
+  for (int k = 1; k < 9; ++k) {
+    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
+    const BranchPoint point = branch_point(skeleton, u, k, 0.37);
+    const Vec3 at = branch.start + 0.37 * (branch.end - branch.start);
+    EXPECT_LT((point.displacement - translation - rotation.cross(at)).norm(), 1e-14);
+    EXPECT_LT((point.rotation - rotation).norm(), 1e-14);
+  }
+}
+
+Surface points_on(const Skeleton& skeleton) {
+  Surface surface;
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
+    for (const float along : {0.0F, 0.5F, 1.0F}) {
+      const Vec3 out = (branch.end - branch.start).unitOrthogonal();
+      const Vec3 at = branch.start + static_cast<double>(along) * (branch.end - branch.start) + 0.05 * out;
+      surface.position.push_back(at.cast<float>());
+      surface.normal.push_back(out.cast<float>());
+      surface.branch.push_back(k);
+      surface.along.push_back(along);
+    }
+  }
+  return surface;
+}
+
+TEST(DeformSurface, IsLinearInTheDisplacement) {
+  const Skeleton skeleton = test::random_tree(9, 3);
+  const Surface surface = points_on(skeleton);
+  const Displacement a = Eigen::VectorXd::Random(54), b = Eigen::VectorXd::Random(54);
+  const SurfaceDelta of_a = deform_surface(skeleton, surface, a), of_b = deform_surface(skeleton, surface, b);
+  const SurfaceDelta of_sum = deform_surface(skeleton, surface, 2 * a - b);
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    EXPECT_LT((of_sum.position[i] - (2 * of_a.position[i] - of_b.position[i])).norm(), 1e-5F);
+    EXPECT_LT((of_sum.normal[i] - (2 * of_a.normal[i] - of_b.normal[i])).norm(), 1e-5F);
+  }
+}
+
+TEST(DeformSurface, CarriesRingsAroundTheirAxis) {
+  const Skeleton skeleton = test::random_tree(3, 3);
+  const Surface surface = points_on(skeleton);
+  const Displacement u = 0.1 * Eigen::VectorXd::Random(18);
+  const SurfaceDelta delta = deform_surface(skeleton, surface, u);
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    const int branch = surface.branch[i];
+    const BranchPoint point = branch_point(skeleton, u, branch, static_cast<double>(surface.along[i]));
+    const Vec3 arm = 0.05 * surface.normal[i].cast<double>();
+    const Vec3 wanted = point.displacement + point.rotation.cross(arm);
+    EXPECT_LT((delta.position[i].cast<double>() - wanted).norm(), 1e-6);
+  }
+}
+
+TEST(DisplacementAt, IsTheLeanAndTheSumOfTheModes) {
+  Modes modes;
+  modes.frequency = Eigen::Vector3d(1, 2, 3);
+  modes.shapes = Eigen::MatrixXd::Random(12, 3);
+  const Motion motion{5, Eigen::MatrixXd::Random(10, 3), Eigen::VectorXd::Random(12)};
+  const Displacement wanted = motion.lean + modes.shapes * motion.coordinates.row(4).transpose();
+  EXPECT_LT((displacement_at(modes, motion, 2) - wanted).norm(), 1e-14);
+}
+
+}  // namespace
+}  // namespace tremula

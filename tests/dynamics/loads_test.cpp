@@ -1,0 +1,141 @@
+#include "tremula/dynamics/loads.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "trees.hpp"
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+const Material wood{"wood", 9e9, 7e8, 950, ""};
+
+// Uniform wind over one branch, at an angle to it.
+struct OneBranch {
+  Skeleton skeleton;
+  Structure structure;
+  Vec3 wind{3, 1, -2};
+
+  explicit OneBranch(double end_radius, const Vec3& end = Vec3(0.4, 0.3, 1.1)) {
+    skeleton.roots.push_back(Vec3::Zero());
+    skeleton.branches.push_back(test::make_branch(0, Vec3::Zero(), end, 0.03, end_radius));
+    structure = assemble(skeleton, {.material = wood});
+  }
+  Loads loads(const LoadOptions& options = {}) const {
+    return linearise_loads(skeleton, structure, wind, options);
+  }
+  Vec3 normal_wind() const { return wind - structure.direction[0] * structure.direction[0].dot(wind); }
+};
+
+TEST(Loads, OfAUniformBranchAreStamsPrintedMatrix) {
+  const OneBranch one(0.03);
+  const double l = one.structure.beams[0].length, r = 0.03;
+  const LoadOptions options{.model = LoadModel::paper};
+  const Loads loads = one.loads(options);
+  // S appendix A, each block of B = (B1 B2 B1 -B2)^T transposed, turned to world axes; S eq. 5.
+  const Vec3 d = one.structure.direction[0], y = d.unitOrthogonal(), z = d.cross(y);
+  Mat3 r_k, b1 = Mat3::Zero(), b2 = Mat3::Zero();
+  r_k << d, y, z;
+  b1(1, 1) = b1(2, 2) = l / 2;
+  b2(1, 2) = l * l / 12;
+  b2(2, 1) = -l * l / 12;
+  Eigen::Matrix<double, 12, 3> b;
+  b << r_k * b1.transpose() * r_k.transpose(), r_k * b2.transpose() * r_k.transpose(),
+      r_k * b1.transpose() * r_k.transpose(), -r_k * b2.transpose() * r_k.transpose();
+  const Mat3 projection = Mat3::Identity() - d * d.transpose();
+  const Eigen::Matrix<double, 12, 3> wanted =
+      options.air_density * options.branch_drag_coefficient * r * b * projection;
+  EXPECT_LT((loads.branches[0].per_velocity - wanted).norm(), 1e-13 * wanted.norm());
+  EXPECT_EQ(loads.branches[0].mean.norm(), 0) << "the paper's load has no mean wind";
+}
+
+TEST(Loads, AddUpToTheDragOnTheArea) {
+  for (const double tip : {0.03, 0.01}) {
+    const OneBranch one(tip);
+    const Loads loads = one.loads();
+    const double area = 2 * 0.5 * (0.03 + tip) * one.structure.beams[0].length;
+    const Vec3 n = one.normal_wind();
+    const Vec3 drag = 0.5 * 1.2 * 1.2 * area * n.norm() * n;
+    const auto& mean = loads.branches[0].mean;
+    EXPECT_LT((mean.segment<3>(0) + mean.segment<3>(6) - drag).norm(), 1e-12 * drag.norm()) << tip;
+  }
+}
+
+TEST(Loads, HaveTheMomentAboutTheStartThatHandIntegrationGives) {
+  const double tip = 0.012;
+  const OneBranch one(tip);
+  const auto& mean = one.loads().branches[0].mean;
+  const double L = one.structure.beams[0].length;
+  const Vec3 n = one.normal_wind(), d = one.structure.direction[0];
+  // int_0^L x 2 r(x) dx, r linear from 0.03
+  const double first_moment = 2 * (0.03 * L * L / 2 + (tip - 0.03) * L * L / 3);
+  const Vec3 moment = 0.5 * 1.2 * 1.2 * first_moment * n.norm() * d.cross(n);
+  const Vec3 found = mean.segment<3>(3) + mean.segment<3>(9) + (L * d).cross(Vec3(mean.segment<3>(6)));
+  EXPECT_LT((found - moment).norm(), 1e-12 * moment.norm());
+}
+
+TEST(Loads, AreTheDerivativeOfTheDrag) {
+  OneBranch one(0.02);
+  Leaf leaf;
+  leaf.position = 0.7;
+  leaf.area = 0.01;
+  one.skeleton.leaves.push_back(leaf);
+  const Loads loads = one.loads();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double h = 1e-6;
+    OneBranch more = one, less = one;
+    more.wind[axis] += h;
+    less.wind[axis] -= h;
+    const Eigen::VectorXd difference =
+        (more.loads().branches[0].mean - less.loads().branches[0].mean) / (2 * h);
+    EXPECT_LT((loads.branches[0].per_velocity.col(axis) - difference).norm(), 1e-8 * difference.norm());
+  }
+}
+
+TEST(Loads, BendATipAsTheClosedFormOfAUniformLoadSays) {
+  // Wind across an upright stem, the same at all heights: q L^4 / (8 E I), in one piece or ten.
+  const double L = 2, r = 0.02, speed = 5, I = 3.14159265358979 * std::pow(r, 4) / 4;
+  const double q = 0.5 * 1.2 * 1.2 * 2 * r * speed * speed;
+  for (const int pieces : {1, 10}) {
+    const Skeleton stem = test::straight_stem(pieces, L, r, r);
+    const Structure structure = assemble(stem, {.material = wood});
+    Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, pieces);
+    wind.row(0).setConstant(speed);
+    const Eigen::VectorXd u =
+        solve_static(structure, mean_force(structure, linearise_loads(stem, structure, wind)));
+    EXPECT_NEAR(u[6 * (pieces - 1)] * 8 * wood.youngs_modulus * I / (q * std::pow(L, 4)), 1, 1e-12) << pieces;
+  }
+}
+
+TEST(Loads, VanishForWindAlongABranchAndForNoWind) {
+  OneBranch one(0.02);
+  one.wind = 4 * one.structure.direction[0];
+  EXPECT_LT(one.loads().branches[0].mean.norm(), 1e-25);
+  one.wind.setZero();
+  EXPECT_EQ(one.loads().branches[0].per_velocity.norm(), 0);
+}
+
+TEST(ModalParticipation, IsTheWorkOfTheNodalForces) {
+  const Skeleton skeleton = test::random_tree(14, 3);
+  const Structure structure = assemble(skeleton, {.material = wood});
+  const Eigen::Matrix3Xd mean = Eigen::Matrix3Xd::Random(3, 14);
+  const Loads loads = linearise_loads(skeleton, structure, mean);
+  const Eigen::MatrixXd shapes = Eigen::MatrixXd::Random(structure.size(), 5);
+  const Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Random(3, 14);
+  const Eigen::VectorXd wanted = shapes.transpose() * fluctuating_force(structure, loads, velocity);
+  const Eigen::VectorXd found =
+      modal_participation(structure, loads, shapes).transpose() * Eigen::VectorXd(velocity.reshaped());
+  EXPECT_LT((found - wanted).norm(), 1e-13 * wanted.norm());
+}
+
+TEST(Loads, RefuseNegativeCoefficients) {
+  const OneBranch one(0.02);
+  EXPECT_THROW(one.loads({.air_density = -1}), InputError);
+  EXPECT_THROW(one.loads({.branch_drag_coefficient = -1}), InputError);
+  EXPECT_THROW(one.loads({.leaf_drag_coefficient = -1}), InputError);
+}
+
+}  // namespace
+}  // namespace tremula
