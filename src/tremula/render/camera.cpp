@@ -1,0 +1,113 @@
+#include "tremula/render/camera.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <string>
+
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+constexpr double margin = 0.06;    // of the picture, on each side
+constexpr double smallest = 0.01;  // [m]
+
+Camera look_from(double azimuth, double elevation, double aspect) {
+  if (!std::isfinite(azimuth) || !(std::abs(elevation) < std::numbers::pi / 2)) {
+    throw InputError("camera",
+                     "azimuth " + std::to_string(azimuth) + ", elevation " + std::to_string(elevation),
+                     "a finite azimuth and an elevation within (-pi/2, pi/2)");
+  }
+  if (!(aspect > 0.01 && aspect < 100)) {
+    throw InputError("camera: aspect", std::to_string(aspect), "a number from 0.01 to 100");
+  }
+  Camera camera;
+  camera.aspect = aspect;
+  const double level = std::cos(elevation);
+  camera.forward = -Vec3(level * std::cos(azimuth), level * std::sin(azimuth), std::sin(elevation));
+  camera.right = Vec3(-std::sin(azimuth), std::cos(azimuth), 0);
+  camera.up = camera.right.cross(camera.forward);
+  return camera;
+}
+
+// From an eye at -distance * forward + x * right, a point (a, b) (to the right, forward) is in the frame if
+// |a - x| <= (b + distance) * slope: two linear conditions, so the nearest eye is known outright.
+class Span {
+ public:
+  Span(const Vec3& axis, const Vec3& forward, double slope) : axis_(axis), forward_(forward), slope_(slope) {}
+  void add(const Vec3& point) {
+    const double across = point.dot(axis_);
+    const double depth = point.dot(forward_) * slope_;
+    right_ = std::max(right_, across - depth);
+    left_ = std::max(left_, -across - depth);
+  }
+  double distance() const { return (right_ + left_) / (2 * slope_); }
+  double middle() const { return (right_ - left_) / 2; }
+
+ private:
+  Vec3 axis_, forward_;
+  double slope_;
+  double right_ = -std::numeric_limits<double>::infinity();
+  double left_ = -std::numeric_limits<double>::infinity();
+};
+
+// for_each(add): calls add for every point.
+template <typename ForEach>
+void move_back_to_fit(Camera& camera, const ForEach& for_each) {
+  const double slope = camera.half_height * (1 - 2 * margin);
+  Span across(camera.right, camera.forward, slope * camera.aspect);
+  Span upright(camera.up, camera.forward, slope);
+  for_each([&](const Vec3& point) {
+    across.add(point);
+    upright.add(point);
+  });
+  camera.eye = across.middle() * camera.right + upright.middle() * camera.up -
+               std::max(across.distance(), upright.distance()) * camera.forward;
+}
+
+}  // namespace
+
+Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, double elevation,
+                    double aspect) {
+  Camera camera = look_from(azimuth, elevation, aspect);
+  if (points.empty()) throw InputError("camera", "no points", "at least one");
+  for (const Eigen::Vector3f& point : points) {
+    if (!point.allFinite()) throw InputError("camera", "a point that is not finite", "finite numbers");
+  }
+  move_back_to_fit(camera, [&](const auto& add) {
+    for (const Eigen::Vector3f& point : points) add(point.cast<double>());
+    add(points[0].cast<double>() + smallest / 2 * camera.up);
+    add(points[0].cast<double>() - smallest / 2 * camera.up);
+  });
+  return camera;
+}
+
+Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double elevation, double aspect) {
+  Camera camera = look_from(azimuth, elevation, aspect);
+  if (!low.allFinite() || !high.allFinite() || (high - low).minCoeff() < 0) {
+    throw InputError("camera: extent", "a box that is not finite or ends below its start", "a box");
+  }
+  const Vec3 centre = (low + high) / 2;
+  const Vec3 half = ((high - low) / 2).cwiseMax(smallest / 2);
+  move_back_to_fit(camera, [&](const auto& add) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
+      add(centre + half.cwiseProduct(sign));
+    }
+  });
+  return camera;
+}
+
+std::optional<Eigen::Vector2d> project(const Camera& camera, const Vec3& point) {
+  const Vec3 offset = point - camera.eye;
+  const double depth = offset.dot(camera.forward);
+  if (!(depth > 0)) return std::nullopt;
+  const double x = offset.dot(camera.right) / (depth * camera.half_height * camera.aspect);
+  const double y = offset.dot(camera.up) / (depth * camera.half_height);
+  return Eigen::Vector2d(0.5 + 0.5 * x, 0.5 - 0.5 * y);
+}
+
+}  // namespace tremula

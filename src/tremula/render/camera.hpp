@@ -1,0 +1,35 @@
+// A perspective camera, and how to get something into its frame.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+
+#include "tremula/base/types.hpp"
+
+namespace tremula {
+
+struct Camera {
+  Vec3 eye = Vec3::Zero();      // [m]
+  Vec3 right = Vec3(0, -1, 0);  // right, up and forward: unit vectors at right angles
+  Vec3 up = Vec3::UnitZ();
+  Vec3 forward = Vec3::UnitX();
+  double half_height = 0.25;  // of the picture at distance 1: tangent of half the vertical field of view
+  double aspect = 1;          // width / height of the picture
+};
+
+// Looks from the compass direction `azimuth` (0: from +x, pi/2: from +y) and from `elevation` above [rad,
+// within
+// (-pi/2, pi/2)], as near as all the points fit with a margin all around. A single point is taken for a
+// centimetre. Throws InputError for no points, for some that are not finite, and for angles or an aspect out
+// of range.
+Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, double elevation, double aspect);
+
+// The same for the corners of a box. Throws InputError also for a box turned inside out.
+Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double elevation, double aspect);
+
+// Where a point appears: x from left, y from top, both 0 to 1 inside the picture; nothing for points behind
+// the eye.
+std::optional<Eigen::Vector2d> project(const Camera& camera, const Vec3& point);
+
+}  // namespace tremula
