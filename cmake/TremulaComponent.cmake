@@ -34,6 +34,8 @@ function(tremula_compile_options target)
   endif()
   # Same bytes whatever the machine: no contraction of a*b+c into fma behind our back.
   target_compile_options(${target} PRIVATE -ffp-contract=off)
+  # Nobody reads errno after sqrt; with it, loops that take roots would not become vector code.
+  target_compile_options(${target} PRIVATE -fno-math-errno)
 endfunction()
 
 if(TREMULA_SANITIZE)

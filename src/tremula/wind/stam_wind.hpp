@@ -9,12 +9,11 @@
 #pragma once
 
 #include "tremula/base/types.hpp"
+#include "tremula/numerics/pairwise_filter.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/profile.hpp"
 
-#include <complex>
 #include <cstdint>
-#include <vector>
 
 #include <Eigen/Core>
 
@@ -50,20 +49,11 @@ class StamWindAtPoints {
   Eigen::Matrix3Xcd velocity(int bin) const;
 
  private:
-  struct Block {
-    int first, count;
-    Eigen::Array3f low, high;
-  };
-  void filter(double omega, const Eigen::Matrix<float, Eigen::Dynamic, 6>& noise,
-              Eigen::Matrix<float, Eigen::Dynamic, 6>& filtered, Eigen::VectorXf& squared_weights) const;
-
   StamWind wind_;
   TimeAxis axis_;
   double friction_velocity_;
-  Eigen::VectorXd heights_, speeds_;                // (N) in the caller's order
-  std::vector<int> order_;                          // (N) caller's index of the sorted point
-  Eigen::Matrix<float, Eigen::Dynamic, 3> points_;  // (N x 3) sorted so that blocks are compact
-  std::vector<Block> blocks_;
+  Eigen::VectorXd heights_, speeds_;  // (N)
+  PairwiseFilter filter_;
 };
 
 }  // namespace tremula

@@ -1,0 +1,164 @@
+#include "tremula/numerics/pairwise_filter.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+
+// The kernel is compiled for AVX2 too and the better one is chosen when the program starts. Both do the same
+// operations in the same order (no fused multiply-add), so the bytes do not tell which one ran.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#define TREMULA_CLONES __attribute__((target_clones("avx2", "default")))
+#else
+#define TREMULA_CLONES
+#endif
+
+namespace tremula {
+namespace {
+
+constexpr int block_size = 64, lanes = 8, channels = PairwiseFilter::channels;
+
+// One block of points with what goes in and what comes out; the channels are rows. The padding has mask 0.
+struct alignas(64) Tile {
+  float x[3][block_size];
+  float mask[block_size];
+  float noise[channels][block_size];
+  float filtered[channels][block_size];
+  float squared_weights[block_size];
+};
+
+// exp(-x) for x >= 0, good to 2e-7: 2^n times a polynomial for 2^f, f in [-1/2, 1/2]. Plain arithmetic that
+// compilers turn into vector code.
+inline float exp_minus(float x) {
+  const float t = std::max(-126.0F, -1.44269504F * x);
+  const float n = (t + 12582912.0F) - 12582912.0F;  // to the nearest integer
+  const float f = (t - n) * 0.693147181F;
+  const float series =
+      1 + f * (1 + f * (0.5F + f * (0.166666667F +
+                                    f * (0.0416666667F + f * (0.00833333333F + f * 0.00138888889F)))));
+  return series * std::bit_cast<float>((static_cast<std::int32_t>(n) + 127) << 23);
+}
+
+inline float sum_of_lanes(const float* values) {
+  return ((values[0] + values[1]) + (values[2] + values[3])) +
+         ((values[4] + values[5]) + (values[6] + values[7]));
+}
+
+// Adds what each tile's noise gives to the other. Where both are one tile, the second half is left out.
+TREMULA_CLONES void filter_pair(float decay, Tile& rows, Tile& columns, bool same) {
+  alignas(64) float weight[block_size];
+  for (int c = 0; c < block_size; ++c) {
+    const float x = columns.x[0][c], y = columns.x[1][c], z = columns.x[2][c], mask = columns.mask[c];
+    for (int i = 0; i < block_size; ++i) {
+      const float dx = rows.x[0][i] - x, dy = rows.x[1][i] - y, dz = rows.x[2][i] - z;
+      weight[i] = mask * rows.mask[i] * exp_minus(decay * std::sqrt(dx * dx + dy * dy + dz * dz));
+    }
+    for (int q = 0; q < channels; ++q) {
+      const float noise = columns.noise[q][c];
+      for (int i = 0; i < block_size; ++i) rows.filtered[q][i] += weight[i] * noise;
+    }
+    for (int i = 0; i < block_size; ++i) rows.squared_weights[i] += weight[i] * weight[i];
+    if (same) continue;
+    for (int q = 0; q < channels; ++q) {
+      float sums[lanes] = {};
+      for (int i = 0; i < block_size; i += lanes) {
+        for (int lane = 0; lane < lanes; ++lane) sums[lane] += weight[i + lane] * rows.noise[q][i + lane];
+      }
+      columns.filtered[q][c] += sum_of_lanes(sums);
+    }
+    float sums[lanes] = {};
+    for (int i = 0; i < block_size; i += lanes) {
+      for (int lane = 0; lane < lanes; ++lane) sums[lane] += weight[i + lane] * weight[i + lane];
+    }
+    columns.squared_weights[c] += sum_of_lanes(sums);
+  }
+}
+
+// Splits the points in half along the longer side of their box until a block is small.
+void sort_into_blocks(const Eigen::Matrix3Xd& points, std::vector<int>& order, int first, int last,
+                      std::vector<int>& starts) {
+  if (last - first <= block_size) {
+    starts.push_back(first);
+    return;
+  }
+  const auto point = [&](int i) { return points.col(order[static_cast<std::size_t>(i)]); };
+  Eigen::Vector3d low = point(first), high = low;
+  for (int i = first; i < last; ++i) {
+    low = low.cwiseMin(point(i));
+    high = high.cwiseMax(point(i));
+  }
+  Eigen::Index axis = 0;
+  (high - low).maxCoeff(&axis);
+  // Halves that are whole blocks keep the number of blocks small.
+  const int middle = first + ((last - first + block_size - 1) / block_size) / 2 * block_size;
+  std::nth_element(order.begin() + first, order.begin() + middle, order.begin() + last, [&](int a, int b) {
+    return std::pair(points(axis, a), a) < std::pair(points(axis, b), b);
+  });
+  sort_into_blocks(points, order, first, middle, starts);
+  sort_into_blocks(points, order, middle, last, starts);
+}
+
+}  // namespace
+
+PairwiseFilter::PairwiseFilter(const Eigen::Matrix3Xd& points)
+    : order_(static_cast<std::size_t>(points.cols())) {
+  const int count = static_cast<int>(points.cols());
+  std::iota(order_.begin(), order_.end(), 0);
+  std::vector<int> starts;
+  if (count > 0) sort_into_blocks(points, order_, 0, count, starts);
+  coordinates_.assign(starts.size() * 3 * block_size, 0.0F);
+  for (std::size_t b = 0; b < starts.size(); ++b) {
+    const int first = starts[b], last = b + 1 < starts.size() ? starts[b + 1] : count;
+    Block block{first, last - first, Eigen::Array3f::Constant(std::numeric_limits<float>::max()),
+                Eigen::Array3f::Constant(std::numeric_limits<float>::lowest())};
+    for (int i = first; i < last; ++i) {
+      const Eigen::Array3f point = points.col(order_[static_cast<std::size_t>(i)]).cast<float>().array();
+      block.low = block.low.min(point);
+      block.high = block.high.max(point);
+      for (int axis = 0; axis < 3; ++axis) {
+        coordinates_[(3 * b + static_cast<std::size_t>(axis)) * block_size +
+                     static_cast<std::size_t>(i - first)] = point[axis];
+      }
+    }
+    blocks_.push_back(block);
+  }
+}
+
+PairwiseFilter::Result PairwiseFilter::apply(double decay, double cutoff, const Channels& noise) const {
+  std::vector<Tile> tiles(blocks_.size());
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    Tile& tile = tiles[b];
+    tile = Tile{};
+    std::copy_n(coordinates_.data() + 3 * b * block_size, 3 * block_size, &tile.x[0][0]);
+    for (int i = 0; i < blocks_[b].count; ++i) {
+      tile.mask[i] = 1;
+      const int caller = order_[static_cast<std::size_t>(blocks_[b].first + i)];
+      for (int q = 0; q < channels; ++q) tile.noise[q][i] = noise(caller, q);
+    }
+  }
+
+  const double reach =
+      cutoff > 0 && decay > 0 ? -std::log(cutoff) / decay : std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    for (std::size_t j = i; j < blocks_.size(); ++j) {
+      const Eigen::Array3f gap =
+          (blocks_[i].low - blocks_[j].high).max(blocks_[j].low - blocks_[i].high).max(0.0F);
+      if (static_cast<double>(gap.matrix().norm()) > reach) continue;
+      filter_pair(static_cast<float>(decay), tiles[i], tiles[j], i == j);
+    }
+  }
+
+  Result result{Channels(noise.rows(), channels), Eigen::VectorXf(noise.rows())};
+  for (std::size_t b = 0; b < blocks_.size(); ++b) {
+    for (int i = 0; i < blocks_[b].count; ++i) {
+      const int caller = order_[static_cast<std::size_t>(blocks_[b].first + i)];
+      for (int q = 0; q < channels; ++q) result.filtered(caller, q) = tiles[b].filtered[q][i];
+      result.squared_weights[caller] = tiles[b].squared_weights[i];
+    }
+  }
+  return result;
+}
+
+}  // namespace tremula
