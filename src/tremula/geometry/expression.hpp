@@ -101,16 +101,16 @@ struct Expression {
 
 // What names mean while an expression is read, and how many random numbers its statement has used so far.
 struct ExpressionScope {
-  std::span<const std::string> constants;
-  std::span<const std::string> parameters;
+  std::span<const std::string> constants = {};
+  std::span<const std::string> parameters = {};
   std::uint32_t random_count = 0;
 };
 
 // What they stand for while it is evaluated. A random number is fixed by (seed, key, statement, its number
 // within the statement) and by nothing else: not by what was drawn before it.
 struct ExpressionValues {
-  std::span<const double> constants;
-  std::span<const double> parameters;
+  std::span<const double> constants = {};
+  std::span<const double> parameters = {};
   std::uint64_t seed = 0;
   std::uint64_t key = 0;        // of the letter that is being rewritten
   std::uint32_t statement = 0;  // which alternative of that letter

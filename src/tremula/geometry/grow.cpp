@@ -101,7 +101,8 @@ class Grower {
                                       {parameters_.data() + frame.first_parameter, frame.parameter_count},
                                       seed_,
                                       frame.key,
-                                      frame.alternative};
+                                      frame.alternative,
+                                      turtle_.position().z()};
       for (std::size_t i = 0; i < count; ++i) values[i] = evaluate(module.arguments[i], names, system_.name);
       const std::span<const double> arguments(values.data(), count);
       if (module.rule < 0 || !rewrite(module, arguments, key, frame.step)) draw(module, arguments);

@@ -14,16 +14,16 @@ namespace tremula {
 
 // What ends runaway growth before it fills the memory.
 struct GrowLimits {
-  std::size_t letters = 30'000'000;  // looked at, in all derivation steps together
+  std::size_t letters = 10'000'000;  // looked at, in all derivation steps together
   std::size_t branches = 1'000'000;
-  std::size_t leaves = 4'000'000;
+  std::size_t leaves = 2'000'000;
   std::size_t nesting = 100'000;  // of [ and ]
 };
 
 struct GrowOptions {
-  std::optional<std::uint64_t> seed;                      // instead of the one in the text
-  std::vector<std::pair<std::string, double>> constants;  // values instead of those in the text, by name
-  GrowLimits limits;
+  std::optional<std::uint64_t> seed = {};                      // instead of the one in the text
+  std::vector<std::pair<std::string, double>> constants = {};  // values instead of those in the text, by name
+  GrowLimits limits = {};
 };
 
 struct GrownPlant {

@@ -301,6 +301,10 @@ class Reader {
     std::vector<TextCursor> open;
     while (!cursor.at_end()) {
       const TextCursor begin = cursor;
+      if (TextCursor(cursor).take("->")) {
+        throw InputError(begin.place(), "a second '->' in one statement",
+                         "one; statements begin in the first column, and lines that go on with them do not");
+      }
       Module module;
       module.line = cursor.line();
       module.name = take_letter_name(cursor);

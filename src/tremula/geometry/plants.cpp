@@ -1,9 +1,9 @@
 #include "tremula/geometry/plants.hpp"
 
-#include <algorithm>
-
 #include "tremula/base/error.hpp"
 #include "tremula/geometry/plants/texts.hpp"
+
+#include <algorithm>
 
 namespace tremula {
 

@@ -1,5 +1,5 @@
-// The plants that come with tremula, as texts in the language of lsystem.hpp. They are part of the library: nothing is
-// looked up on the disk.
+// The plants that come with tremula, as texts in the language of lsystem.hpp. They are part of the library:
+// nothing is looked up on the disk.
 #pragma once
 
 #include <string>

@@ -1,0 +1,160 @@
+#include "tremula/geometry/plants.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/geometry/grow.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tremula {
+namespace {
+
+GrownPlant grow_preset(const std::string& name, std::uint64_t seed) {
+  return grow(parse_lsystem(find_preset(name).text, name), {.seed = seed});
+}
+
+struct Range {
+  double low, high;
+  bool has(double x) const { return x >= low && x <= high; }
+};
+
+// What docs/guide/growing.md says of them.
+struct Stated {
+  Range height;  // [m]
+  Range branches, leaves;
+  Range slenderness;  // height / diameter at the base
+  int roots;
+};
+
+const std::map<std::string, Stated> stated = {
+    {"sapling", {{1.9, 2.5}, {70, 120}, {180, 330}, {70, 110}, 1}},
+    {"oak", {{6, 8.5}, {4000, 6000}, {7500, 11000}, {20, 32}, 1}},
+    {"birch", {{9, 10.5}, {4000, 6000}, {8000, 11000}, {55, 80}, 1}},
+    {"willow", {{5.5, 8.5}, {3800, 6000}, {7500, 11500}, {32, 50}, 1}},
+    {"bamboo", {{3.5, 5}, {700, 1200}, {1200, 2000}, {140, 300}, 9}},
+    {"stam-17", {{1.2, 1.9}, {17, 17}, {0, 0}, {50, 95}, 1}},
+    {"stam-55", {{1.8, 2.9}, {55, 55}, {0, 0}, {45, 80}, 1}},
+    {"stam-62", {{1.9, 3.0}, {62, 62}, {0, 0}, {45, 80}, 1}},
+    {"stam-212", {{3.0, 4.6}, {212, 212}, {0, 0}, {40, 70}, 1}},
+    {"stam-692", {{4.5, 6.6}, {692, 692}, {0, 0}, {35, 60}, 1}},
+    {"stam-2257", {{6.5, 9.5}, {2257, 2257}, {0, 0}, {30, 55}, 1}},
+};
+
+TEST(PlantPresets, AreTheStatedOnesEachWithALineThatSaysWhatItIs) {
+  std::vector<std::string> names;
+  for (const PlantPreset& preset : plant_presets()) {
+    names.push_back(preset.name);
+    EXPECT_FALSE(preset.description.empty());
+    EXPECT_TRUE(preset.text.starts_with("# " + preset.description + "\n"));
+    EXPECT_EQ(preset.text.find('@'), std::string::npos);
+    EXPECT_EQ(find_preset(preset.name).text, preset.text);
+  }
+  std::ranges::sort(names);
+  std::vector<std::string> wanted;
+  for (const auto& [name, plant] : stated) wanted.push_back(name);
+  EXPECT_EQ(names, wanted);
+}
+
+TEST(PlantPresets, AreListedWhereOneIsAskedForThatIsNotThere) {
+  try {
+    find_preset("baobab");
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("'baobab', wanted one of "));
+    for (const auto& [name, plant] : stated) EXPECT_THAT(error.what(), testing::HasSubstr(name));
+  }
+}
+
+TEST(PlantPresets, KeepTheirStatedHeightCountsAndSlendernessForManySeeds) {
+  for (const auto& [name, plant] : stated) {
+    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+      const Skeleton skeleton = grow_preset(name, seed).skeleton;  // has passed check_skeleton
+      SCOPED_TRACE(name + ", seed " + std::to_string(seed));
+      double height = 0;
+      for (const Branch& branch : skeleton.branches) height = std::max(height, branch.end.z());
+      const double slenderness = height / (2 * skeleton.branches[0].start_radius);
+      EXPECT_TRUE(plant.height.has(height)) << height;
+      EXPECT_TRUE(plant.branches.has(skeleton.branch_count())) << skeleton.branch_count();
+      EXPECT_TRUE(plant.leaves.has(static_cast<double>(skeleton.leaves.size()))) << skeleton.leaves.size();
+      EXPECT_TRUE(plant.slenderness.has(slenderness)) << slenderness;
+      EXPECT_EQ(skeleton.root_count(), plant.roots);
+    }
+  }
+}
+
+TEST(PlantPresets, StandOnTheGroundAndStayAboveIt) {
+  for (const auto& [name, plant] : stated) {
+    const Skeleton skeleton = grow_preset(name, 3).skeleton;
+    for (const Vec3& root : skeleton.roots) EXPECT_NEAR(root.z(), 0, 1e-12) << name;
+    for (const Branch& branch : skeleton.branches) EXPECT_GT(branch.end.z(), 0) << name;
+    for (const Leaf& leaf : skeleton.leaves) EXPECT_GT(leaf.base.z(), 0) << name;
+  }
+}
+
+TEST(PlantPresets, CarryLeavesWithUprightFaces) {
+  for (const auto& [name, plant] : stated) {
+    const Skeleton skeleton = grow_preset(name, 2).skeleton;
+    for (const Leaf& leaf : skeleton.leaves) {
+      ASSERT_NEAR(leaf.axis.norm(), 1, 1e-12);
+      ASSERT_NEAR(leaf.normal.norm(), 1, 1e-12);
+      ASSERT_NEAR(leaf.axis.dot(leaf.normal), 0, 1e-12);
+      ASSERT_GT(leaf.mass, 0);
+    }
+  }
+}
+
+// r_parent^d = sum of r_child^d with one d for the whole plant, between 2 and 2.5 for all that follow the
+// pipe model.
+TEST(PlantPresets, ObeyLeonardosRuleAtEveryFork) {
+  for (const auto& [name, plant] : stated) {
+    const LSystem system = parse_lsystem(find_preset(name).text, name);
+    if (!system.pipe_radii) continue;
+    const double exponent = evaluate(system.pipe_exponent, {}, name);
+    EXPECT_TRUE((Range{2, 2.5}.has(exponent))) << name;
+    const Skeleton skeleton = grow(system).skeleton;
+    std::vector<double> pipes(skeleton.branches.size(), 0.0);
+    for (int k = 0; k < skeleton.branch_count(); ++k) {
+      const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
+      EXPECT_GE(branch.start_radius, branch.end_radius);
+      if (skeleton.parent(k) >= 0) {
+        pipes[static_cast<std::size_t>(skeleton.parent(k))] += std::pow(branch.start_radius, exponent);
+      }
+    }
+    for (std::size_t k = 0; k < pipes.size(); ++k) {
+      if (pipes[k] == 0) continue;
+      EXPECT_NEAR(std::pow(skeleton.branches[k].end_radius, exponent) / pipes[k], 1, 1e-12)
+          << name << " " << k;
+    }
+  }
+}
+
+TEST(PlantPresets, AreDifferentPlantsForDifferentSeedsAndTheSameForTheSame) {
+  for (const auto& [name, plant] : stated) {
+    const Skeleton first = grow_preset(name, 1).skeleton, again = grow_preset(name, 1).skeleton;
+    const Skeleton other = grow_preset(name, 2).skeleton;
+    ASSERT_EQ(first.branch_count(), again.branch_count());
+    EXPECT_EQ(first.branches.back().end, again.branches.back().end) << name;
+    EXPECT_NE(first.branches.back().end, other.branches.back().end) << name;
+  }
+}
+
+TEST(StamTree, HasExactlyAsManyBranchesAsItIsToldWhateverTheNumberAndSeed) {
+  const LSystem system = parse_lsystem(find_preset("stam-17").text, "stam");
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    for (int n = 1; n <= 300; ++n) {
+      const GrownPlant plant = grow(system, {.seed = seed, .constants = {{"N", n}}});
+      ASSERT_EQ(plant.skeleton.branch_count(), n) << seed;
+    }
+    const GrownPlant plant = grow(system, {.seed = seed, .constants = {{"N", 200000}}});
+    EXPECT_EQ(plant.skeleton.branch_count(), 200000);
+  }
+}
+
+}  // namespace
+}  // namespace tremula
