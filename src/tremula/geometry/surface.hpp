@@ -23,8 +23,7 @@ struct Surface {
   std::vector<std::int32_t> branch;      // (V) the branch that carries the vertex
   std::vector<float> along;              // (V) position along that branch, 0 start to 1 end
   std::vector<std::uint32_t> bark_triangles;  // (3 per triangle) counter-clockwise seen from outside
-  std::vector<std::uint32_t>
-      leaf_triangles;                   // (3 per triangle) upper side counter-clockwise; both sides visible
+  std::vector<std::uint32_t> leaf_triangles;  // (3 per triangle) counter-clockwise from above; two-sided
   std::uint32_t first_leaf_vertex = 0;  // leaf l owns leaf_vertices vertices from here + l * leaf_vertices on
   Eigen::Vector3f bark_color{0.36F, 0.29F, 0.22F};  // sRGB, 0–1
   Eigen::Vector3f leaf_color{0.29F, 0.44F, 0.16F};  // sRGB, 0–1

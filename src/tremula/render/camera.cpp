@@ -12,8 +12,8 @@
 namespace tremula {
 namespace {
 
-constexpr double margin = 0.06;    // of the picture, on each side
-constexpr double smallest = 0.01;  // [m]
+constexpr double margin = 0.06;     // of the picture, on each side
+constexpr double smallest = 0.005;  // half a width [m]
 
 Camera look_from(double azimuth, double elevation, double aspect) {
   if (!std::isfinite(azimuth) || !(std::abs(elevation) < std::numbers::pi / 2)) {
@@ -43,8 +43,10 @@ class Span {
     const double depth = point.dot(forward_) * slope_;
     right_ = std::max(right_, across - depth);
     left_ = std::max(left_, -across - depth);
+    nearest_ = std::min(nearest_, point.dot(forward_));
   }
-  double distance() const { return (right_ + left_) / (2 * slope_); }
+  // No nearer than half a centimetre would fill the picture, or a lone point would lie in the eye.
+  double distance() const { return std::max((right_ + left_) / (2 * slope_), smallest / slope_ - nearest_); }
   double middle() const { return (right_ - left_) / 2; }
 
  private:
@@ -52,6 +54,7 @@ class Span {
   double slope_;
   double right_ = -std::numeric_limits<double>::infinity();
   double left_ = -std::numeric_limits<double>::infinity();
+  double nearest_ = std::numeric_limits<double>::infinity();
 };
 
 // for_each(add): calls add for every point.
@@ -79,8 +82,6 @@ Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, dou
   }
   move_back_to_fit(camera, [&](const auto& add) {
     for (const Eigen::Vector3f& point : points) add(point.cast<double>());
-    add(points[0].cast<double>() + smallest / 2 * camera.up);
-    add(points[0].cast<double>() - smallest / 2 * camera.up);
   });
   return camera;
 }
@@ -91,7 +92,7 @@ Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double el
     throw InputError("camera: extent", "a box that is not finite or ends below its start", "a box");
   }
   const Vec3 centre = (low + high) / 2;
-  const Vec3 half = ((high - low) / 2).cwiseMax(smallest / 2);
+  const Vec3 half = (high - low) / 2;
   move_back_to_fit(camera, [&](const auto& add) {
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);

@@ -38,6 +38,16 @@ void draw_label(Image& image, int left, int top, int scale, const std::string& t
   draw_text(left, top, 0.85, 40);
 }
 
+void check_pixels(const Image& image) {
+  const bool has_size = image.width > 0 && image.height > 0;
+  const std::size_t wanted =
+      has_size ? 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) : 0;
+  if (has_size && image.rgb.size() == wanted) return;
+  throw InputError(
+      "image", std::to_string(image.rgb.size()) + " bytes",
+      "3 for each of " + std::to_string(image.width) + " x " + std::to_string(image.height) + " pixels");
+}
+
 }  // namespace
 
 Image contact_sheet(std::span<const Image> images, int columns, std::span<const std::string> labels) {
@@ -49,6 +59,7 @@ Image contact_sheet(std::span<const Image> images, int columns, std::span<const 
   const int width = images[0].width;
   const int height = images[0].height;
   for (std::size_t i = 0; i < images.size(); ++i) {
+    check_pixels(images[i]);
     if (images[i].width == width && images[i].height == height) continue;
     throw InputError("contact sheet: image " + std::to_string(i),
                      std::to_string(images[i].width) + " x " + std::to_string(images[i].height),
@@ -74,6 +85,7 @@ Image contact_sheet(std::span<const Image> images, int columns, std::span<const 
 }
 
 std::string encode_png(const Image& image) {
+  check_pixels(image);
   std::string bytes;
   const auto append = [](void* context, void* data, int size) {
     static_cast<std::string*>(context)->append(static_cast<const char*>(data),

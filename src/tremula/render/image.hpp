@@ -26,7 +26,7 @@ struct Image {
 // InputError unless all images are of one size and there are as many labels as images, or none.
 Image contact_sheet(std::span<const Image> images, int columns, std::span<const std::string> labels = {});
 
-// The bytes of a PNG file (8 bit RGB).
+// The bytes of a PNG file (8 bit RGB). Throws InputError for an image without all its pixels.
 std::string encode_png(const Image& image);
 
 }  // namespace tremula

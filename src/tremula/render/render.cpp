@@ -453,7 +453,9 @@ Image render_surface(const Surface& surface, std::span<const Vector3f> positions
   for (const Stem& stem : stems) centre += stem.centre / static_cast<float>(stems.size());
   const float ground = options.ground ? static_cast<float>(*options.ground) : lowest;
   const Vector3f extent = high - low;
-  const float reach = std::max({extent.x(), extent.y(), 0.8F * extent.z(), 1e-3F});
+  const Vec3 middle = ((low + high) / 2).cast<double>();
+  const auto in_view = static_cast<float>(camera.half_height * (camera.eye - middle).norm());
+  const float reach = std::max({extent.x(), extent.y(), 0.8F * extent.z(), in_view, 1e-3F});
 
   // Light.
   const double heading = std::atan2(-camera.forward.y(), -camera.forward.x()) + options.sun_azimuth;
@@ -499,7 +501,7 @@ Image render_surface(const Surface& surface, std::span<const Vector3f> positions
 
   // What is seen where.
   std::vector<RasterVertex> vertices(positions.size());
-  const double near = std::max(1e-4 * (to_float(camera.eye) - (low + high) / 2).norm(), 1e-6);
+  const double near = std::max(1e-4 * (camera.eye - middle).norm(), 1e-6);
   for (std::size_t v = 0; v < positions.size(); ++v) {
     const Vec3 offset = positions[v].cast<double>() - camera.eye;
     const double depth = offset.dot(camera.forward);
@@ -539,10 +541,10 @@ Image render_surface(const Surface& surface, std::span<const Vector3f> positions
           hash_to_unit(static_cast<std::uint32_t>(y) * 0x85ebca6bU + static_cast<std::uint32_t>(x));
       Rgb sum = Rgb::Zero();
       for (const Seen& s : seen) {
-        const auto middle = [&](int total, int size) {
+        const auto mean_of = [&](int total, int size) {
           return (static_cast<float>(total) / static_cast<float>(s.count) + 0.5F) / static_cast<float>(size);
         };
-        const Vector3f direction = scene.ray(middle(s.x, view.width), middle(s.y, view.height));
+        const Vector3f direction = scene.ray(mean_of(s.x, view.width), mean_of(s.y, view.height));
         const Rgb color = s.triangle == no_triangle ? shade_ground(scene, direction, turn)
                                                     : shade_triangle(scene, s.triangle, direction, turn);
         sum += static_cast<float>(s.count) * color;

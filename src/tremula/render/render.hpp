@@ -13,15 +13,14 @@
 namespace tremula {
 
 struct RenderOptions {
-  int width = 480;             // [pixels] 1 … 8192; width / height is the camera's aspect
-  int height = 480;            // [pixels] 1 … 8192
-  int samples = 3;             // per pixel and direction, 1 … 8
-  int shadow_map = 1536;       // [pixels] of the sun's view, 16 … 8192
-  double sun_azimuth = 0.9;    // from the camera's side to the right, seen from the plant [rad]
-  double sun_elevation = 0.8;  // above the horizon [rad], (0, pi/2]
-  double exposure = 1.8;       // 0.001 … 1000
-  std::optional<double>
-      ground;  // height of the ground [m]; the lowest point of the surface at rest if not given
+  int width = 480;                    // [pixels] 1 … 8192; width / height is the camera's aspect
+  int height = 480;                   // [pixels] 1 … 8192
+  int samples = 3;                    // per pixel and direction, 1 … 8
+  int shadow_map = 1536;              // [pixels] of the sun's view, 16 … 8192
+  double sun_azimuth = 0.9;           // from the camera to its right, around the plant [rad]
+  double sun_elevation = 0.8;         // above the horizon [rad], (0, pi/2]
+  double exposure = 1.8;              // 0.001 … 1000
+  std::optional<double> ground = {};  // its height [m]; if not given, the lowest point of the surface at rest
   bool draw_ground = true;
 };
 
