@@ -48,15 +48,14 @@ async function start(): Promise<void> {
   const canvas = document.getElementById('stage') as HTMLCanvasElement;
   const stage = new Stage(canvas, loop);
 
-  const pose = (): number[] => {
+  let changed = true;
+  const panel = new Panel(loop, player, () => { changed = true; });
+  const draw = (): void => {
     const weights = shownWeights(loop, player);
     for (const mesh of loop.meshes) mesh.morphTargetInfluences?.splice(0, weights.length, ...weights);
-    return weights;
-  };
-  const panel = new Panel(loop, player, pose);
-  const draw = (): void => {
-    panel.show(pose());
+    panel.show(weights);
     stage.render();
+    changed = false;
   };
 
   let last = performance.now();
@@ -65,7 +64,8 @@ async function start(): Promise<void> {
     const passed = Math.min(Math.max((now - last) / 1000, 0), 0.1);
     last = now;
     if (player.playing && period > 0) player.time = (player.time + passed * player.speed) % period;
-    draw();
+    // Nothing is drawn while nothing moves.
+    if (stage.moveCamera() || player.playing || changed) draw();
     requestAnimationFrame(tick);
   };
   new ResizeObserver(() => { stage.resize(); draw(); }).observe(canvas);
@@ -78,7 +78,10 @@ async function start(): Promise<void> {
     vertexCount: vertices.count,
     setTime: (seconds: number) => { player.time = seconds; draw(); },
     pause: () => { player.playing = false; draw(); },
-    vertex: (index: number) => vertices.position(index),
+    vertex: (index: number) => {
+      if (changed) draw();
+      return vertices.position(index);
+    },
     branchOf: (index: number) => vertices.branch(index),
     alongOf: (index: number) => vertices.along(index),
   });

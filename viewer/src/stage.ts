@@ -41,10 +41,10 @@ export class Stage {
     this.resize();
   }
 
-  render(): void {
-    this.controls.update();
-    this.renderer.render(this.scene, this.camera);
-  }
+  // Lets the camera glide on; true if it moved.
+  moveCamera(): boolean { return this.controls.update(); }
+
+  render(): void { this.renderer.render(this.scene, this.camera); }
 
   // To be called when the canvas may have another size.
   resize(): void {

@@ -1,0 +1,30 @@
+// What an application with three.js does with a .glb: loader and mixer, nothing of the viewer's own.
+import {AnimationMixer, Mesh, Vector3} from 'three';
+import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
+
+let mixer, meshes;
+
+window.load = async (base64) => {
+  const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+  const gltf = await new GLTFLoader().parseAsync(bytes.buffer, '');
+  meshes = [];
+  gltf.scene.traverse((object) => { if (object instanceof Mesh) meshes.push(object); });
+  mixer = new AnimationMixer(gltf.scene);
+  for (const clip of gltf.animations) mixer.clipAction(clip).play();
+  return {clips: gltf.animations.map(({name, duration}) => ({name, duration})),
+          targets: Object.keys(meshes[0].morphTargetDictionary)};
+};
+
+// World positions of all vertices, z up.
+window.pose = (time) => {
+  mixer.setTime(time);
+  const positions = [];
+  for (const mesh of meshes) {
+    mesh.updateWorldMatrix(true, false);
+    for (let i = 0; i < mesh.geometry.attributes.position.count; ++i) {
+      const p = mesh.getVertexPosition(i, new Vector3()).applyMatrix4(mesh.matrixWorld);
+      positions.push([p.x, -p.z, p.y]);
+    }
+  }
+  return positions;
+};

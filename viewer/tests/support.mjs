@@ -1,0 +1,115 @@
+// What the tests share: the program's outputs for small plants, poses from .csv, and a browser.
+import {execFileSync} from 'node:child_process';
+import {existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {delimiter, join, resolve} from 'node:path';
+import {after} from 'node:test';
+import {fileURLToPath} from 'node:url';
+import {chromium} from 'playwright-core';
+
+const program = process.env.TREMULA_PROGRAM ?? 'tremula';
+const data = process.env.TREMULA_DATA ?? fileURLToPath(new URL('../../../shared/data', import.meta.url));
+
+const folder = mkdtempSync(join(tmpdir(), 'tremula-viewer-'));
+after(() => rmSync(folder, {recursive: true, force: true}));
+
+// A forked stem without leaves, and a second stem with a root of its own.
+const forkedSwc = `1 1 0 0 0 0.012 -1
+2 1 0.1 0 0.8 0.010 1
+3 1 0.3 0.1 1.5 0.004 2
+4 1 -0.4 0 1.4 0.005 2
+5 1 -0.6 0.2 1.9 0.003 4
+6 1 1 0 0 0.008 -1
+7 1 1.1 0.1 1 0.004 6
+`;
+
+function smallPlants() {
+  const swc = join(folder, 'forked.swc');
+  writeFileSync(swc, forkedSwc);
+  const plants = [{name: 'sapling', input: 'sapling'}, {name: 'forked', input: swc}];
+  const scan = join(data, 'qsm/rtwig_sapling_simpleforest.csv');
+  if (existsSync(scan)) plants.push({name: 'scan', input: scan});
+  return plants;
+}
+export const plants = smallPlants();
+
+export const settings = {period: 20, fps: 10};
+
+// Runs `tremula animate` with options over the usual ones; returns the paths of what it wrote, by extension.
+export function animate({name, input}, extensions, options = {}) {
+  const paths = Object.fromEntries(extensions.map((extension) => [extension, join(folder, `${name}.${extension}`)]));
+  const flags = Object.entries({'wind-speed': 6, modes: 20, seed: 1, ...settings, ...options})
+                    .flatMap(([flag, value]) => [`--${flag}`, String(value)]);
+  const outputs = Object.values(paths).flatMap((path) => ['-o', path]);
+  execFileSync(program, ['animate', input, ...flags, ...outputs], {stdio: ['ignore', 'ignore', 'pipe']});
+  return paths;
+}
+
+// Poses by frame: [{time, nodes: [[x, y, z], …]}, …].
+export function readPoses(path) {
+  const poses = [];
+  const [header, ...lines] = readFileSync(path, 'utf8').split('\n').filter((line) => line && !line.startsWith('#'));
+  const column = Object.fromEntries(header.split(',').map((name, i) => [name, i]));
+  for (const line of lines) {
+    const values = line.split(',').map(Number);
+    const pose = (poses[values[column.frame]] ??= {time: values[column.time_s], nodes: []});
+    pose.nodes[values[column.node]] = [values[column.x], values[column.y], values[column.z]];
+  }
+  return poses;
+}
+
+export const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+
+// Where the nodes are without wind.
+export function restNodes(plant) {
+  const {csv} = animate({...plant, name: `${plant.name}-rest`}, ['csv'], {'wind-speed': 0, frames: 0});
+  return readPoses(csv)[0].nodes;
+}
+
+// Pairs of vertices and nodes that are in the same place at rest: the tips of the axes. The branch that carries such
+// a vertex ends at the node.
+export function tips(vertices, nodes) {
+  const size = Math.max(...nodes.map((node) => distance(node, nodes[0])));
+  const roots = nodes.length - (Math.max(...vertices.map(({branch}) => branch)) + 1);
+  return vertices.filter(({along, branch, rest}) => along === 1 && distance(rest, nodes[roots + branch]) < 1e-6 * size)
+      .map(({index, branch}) => ({index, node: roots + branch}));
+}
+
+// The largest distance between vertices and their nodes, as a part of the largest displacement of any node.
+export function largestError(pairs, positions, pose, rest) {
+  const largest = Math.max(...pose.nodes.map((node, i) => distance(node, rest[i])));
+  return Math.max(...pairs.map(({node}, i) => distance(positions[i], pose.nodes[node]))) / largest;
+}
+
+function findBrowser() {
+  const names = ['chromium', 'chromium-browser', 'google-chrome', 'chrome'];
+  const candidates = process.env.PATH.split(delimiter).flatMap((place) => names.map((name) => join(place, name)));
+  return process.env.CHROMIUM ?? candidates.find((path) => existsSync(path));
+}
+export const browserPath = findBrowser();
+export const needsBrowser = browserPath ? {} : {skip: 'no Chromium found; set CHROMIUM'};
+
+export function launchBrowser() {
+  return chromium.launch({
+    executablePath: browserPath,
+    // WebGL without a graphics card; and no calls home.
+    args: ['--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic',
+           '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
+  });
+}
+
+// A page that collects what went wrong in it and what it asked for.
+export async function openPage(browser, options) {
+  const page = await browser.newPage(options);
+  const complaints = [], requests = [];
+  page.on('console', (message) => { if (message.type() === 'error') complaints.push(message.text()); });
+  page.on('pageerror', (error) => complaints.push(String(error)));
+  page.on('request', (request) => requests.push(request.url()));
+  return {page, complaints, requests};
+}
+
+export function screenshotPath(name) {
+  const place = resolve(process.env.TREMULA_SCREENSHOTS ?? join(tmpdir(), 'viewer-screenshots'));
+  mkdirSync(place, {recursive: true});
+  return join(place, `${name}.png`);
+}

@@ -1,0 +1,28 @@
+// The Khronos validator judges the .glb files that the program writes.
+import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
+import {test} from 'node:test';
+import validator from 'gltf-validator';
+import {animate, plants} from './support.mjs';
+
+const errorSeverity = 0, warningSeverity = 1;
+
+async function validate(bytes) {
+  const report = await validator.validateBytes(new Uint8Array(bytes), {maxIssues: 0});
+  return report.issues.messages.filter(({severity}) => severity === errorSeverity || severity === warningSeverity);
+}
+
+for (const plant of plants) {
+  for (const [kind, options] of [['in wind', {}], ['without wind', {'wind-speed': 0}], ['with one mode', {modes: 1}]]) {
+    test(`${plant.name} ${kind} has no error and no warning`, async () => {
+      assert.deepEqual(await validate(readFileSync(animate(plant, ['glb'], options).glb)), []);
+    });
+  }
+}
+
+test('the validator would see a spoilt file', async () => {
+  const bytes = readFileSync(animate(plants[0], ['glb']).glb);
+  const spoilt = Buffer.from(bytes);
+  spoilt.writeFloatLE(Number.NaN, bytes.length - 4);
+  assert.notDeepEqual(await validate(spoilt), []);
+});
