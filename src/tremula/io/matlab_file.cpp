@@ -204,8 +204,7 @@ MatlabFile read_matlab_file(std::string_view bytes, const std::string& path) {
   };
   if (bytes.starts_with("\x89HDF")) reject_hdf5();
   if (bytes.size() < 128) {
-    throw InputError(path, std::to_string(bytes.size()) + " bytes",
-                     "the 128 with which a MATLAB file begins");
+    throw InputError(path, counted(bytes.size(), "byte"), "the 128 with which a MATLAB file begins");
   }
   const bool big_endian = bytes.substr(126, 2) == "MI";
   if (!big_endian && bytes.substr(126, 2) != "IM") {

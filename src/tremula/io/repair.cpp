@@ -80,14 +80,16 @@ Extent extent(const RawTree& tree) {
   return box;
 }
 
-void check_scale(const RawTree& tree, const Extent& box) {
-  const Vec3 size = box.high - box.low;
-  if (size.maxCoeff() < 1e-6) {
-    throw InputError(tree.path, "the whole plant measures " + shown(size.maxCoeff()) + " m",
-                     "at least 1e-06 m");
+void check_size(const RawTree& tree, const Extent& box) {
+  const double size = (box.high - box.low).maxCoeff();
+  if (size < 1e-6) {
+    throw InputError(tree.path, "the whole plant measures " + shown(size) + " m", "at least 1e-06 m");
   }
-  // Where coordinates are so large that neighbouring numbers lie a tenth of a branch apart, the lengths that
-  // the file once had are gone.
+}
+
+// Where coordinates are so large that neighbouring numbers lie a tenth of a branch apart, the lengths that
+// the file once had are gone.
+void check_resolution(const RawTree& tree, const Extent& box) {
   double total = 0;
   for (const RawBranch& branch : tree.branches) total += (branch.end - branch.start).norm();
   const double mean = total / static_cast<double>(tree.branches.size());
@@ -265,7 +267,7 @@ ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_r
 
   // What has no length, and what stands twice.
   const Extent box = extent(tree);
-  check_scale(tree, box);
+  check_size(tree, box);
   const double tolerance = same_place * (box.high - box.low).norm();
   const Standing standing = stand_for(tree, order, tolerance);
   note(tree.repairs, "collapsed_zero_length", standing.collapsed, "segment of zero length collapsed",
@@ -277,6 +279,7 @@ ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_r
     if (standing.branch[k] == k) kept.push_back(k);
   }
   if (kept.empty()) throw InputError(tree.path, "every branch has zero length", "at least one with a length");
+  check_resolution(tree, box);
 
   // Which roots are clamped, and what happens to the pieces on the others.
   const std::vector<char> clamped = clamped_roots(tree, kept, standing, box, root_rule);

@@ -54,7 +54,7 @@ bool is_simpleforest_header(std::string_view line) {
 ImportedSkeleton read_simpleforest(std::string_view text, const std::string& path) {
   TextLines lines{text};
   std::string_view line;
-  while (lines.next(line) && line.empty()) continue;
+  while (lines.next(line) && (line.empty() || line[0] == '#')) continue;
   const char delimiter = delimiter_of(line);
   const Fields header = split_at(line, delimiter);
   const auto at = find_columns({path, lines.number, header});
@@ -64,11 +64,11 @@ ImportedSkeleton read_simpleforest(std::string_view text, const std::string& pat
   std::vector<long long> ids, parents;
   std::vector<std::size_t> line_of;
   while (lines.next(line)) {
-    if (line.empty()) continue;
+    if (line.empty() || line[0] == '#') continue;
     const Fields fields = split_at(line, delimiter);
     const Row row{path, lines.number, fields};
     if (fields.count != header.count) {
-      throw InputError(row.place(), std::to_string(fields.count) + " columns",
+      throw InputError(row.place(), counted(fields.count, "column"),
                        std::to_string(header.count) + " as in the header");
     }
     if (tree.branches.size() == most_branches) {

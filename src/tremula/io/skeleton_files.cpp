@@ -32,7 +32,7 @@ ImportedSkeleton read_skeleton(const std::string& path) {
     if (fields.count == 7) return read_swc(text, path);
     if (fields.count == 15 || fields.count == 17) return read_treeqsm_text(text, path);
     throw InputError(path + ":" + std::to_string(lines.number),
-                     std::to_string(fields.count) + " columns from " + shown(fields.at[0]),
+                     counted(fields.count, "column") + " beginning with " + shown(fields.at[0]),
                      "SWC (7 columns), TreeQSM (15 or 17) or the header of a SimpleForest table");
   }
   throw InputError(path, "nothing but blank lines and comments", "a plant");

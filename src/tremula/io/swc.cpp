@@ -50,8 +50,8 @@ void parse_our_comment(const Row& row, SwcFile& file) {
     if (row.fields.count == wanted) return;
     throw InputError(
         row.place(),
-        std::to_string(row.fields.count - 2) + " numbers after '# " + std::string(row.fields.at[1]) + "'",
-        std::to_string(wanted - 2) + " (" + columns + ")");
+        counted(row.fields.count - 2, "value") + " after '# " + std::string(row.fields.at[1]) + "'",
+        std::to_string(wanted - 2) + ": " + columns);
   };
   if (row.fields.at[1] == "origin") {
     check_count(5, "x y z");
@@ -89,7 +89,7 @@ SwcFile parse(std::string_view text, const std::string& path) {
       continue;
     }
     if (fields.count != 7) {
-      throw InputError(row.place(), std::to_string(fields.count) + " columns",
+      throw InputError(row.place(), counted(fields.count, "column"),
                        "the 7 of SWC: id type x y z radius parent");
     }
     if (file.samples.size() == most_branches) {

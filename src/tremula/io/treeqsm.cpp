@@ -155,7 +155,7 @@ ImportedSkeleton read_treeqsm_text(std::string_view text, const std::string& pat
     const Row row{path, lines.number, fields};
     if (columns == 0 && (fields.count == 15 || fields.count == 17)) columns = fields.count;
     if (fields.count != columns) {
-      throw InputError(row.place(), std::to_string(fields.count) + " columns",
+      throw InputError(row.place(), counted(fields.count, "column"),
                        columns == 0 ? "the 15 or 17 of TreeQSM: radius length start(3) axis(3) parent ..."
                                     : std::to_string(columns) + " as in the lines before");
     }

@@ -1,0 +1,168 @@
+#include "tremula/io/atomic_file.hpp"
+
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+
+#include <gmock/gmock.h>
+
+#include "support.hpp"
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+namespace fs = std::filesystem;
+using test::TemporaryFolder;
+using testing::HasSubstr;
+
+std::string contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+long files_in(const TemporaryFolder& folder) {
+  return std::distance(fs::directory_iterator(folder.path), fs::directory_iterator());
+}
+
+template <typename Call>
+std::string complaint(Call call) {
+  try {
+    call();
+    return "";
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
+const std::string all_bytes = [] {
+  std::string bytes;
+  for (int i = 0; i < 70000; ++i) bytes += static_cast<char>(i * 7);
+  return bytes;
+}();
+
+TEST(WriteFileAtomically, WritesTheBytesAndNothingElse) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "a", all_bytes);
+  EXPECT_EQ(contents(folder / "a"), all_bytes);
+  write_file_atomically(folder / "a", "");
+  EXPECT_EQ(contents(folder / "a"), "");
+  EXPECT_EQ(files_in(folder), 1);
+}
+
+TEST(WriteFileAtomically, ReplacesAFileAtOnceAndKeepsItsPermissions) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "a", "old");
+  fs::permissions(folder / "a", fs::perms(0640));
+  std::ifstream reader(folder / "a");  // someone who reads the old file goes on reading the old file
+  write_file_atomically(folder / "a", "new and longer");
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(reader), {}), "old");
+  EXPECT_EQ(contents(folder / "a"), "new and longer");
+  EXPECT_EQ(fs::status(folder / "a").permissions(), fs::perms(0640));
+}
+
+TEST(WriteFileAtomically, FollowsALinkToItsFile) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path / "inner");
+  write_file_atomically(folder / "inner/real", "old");
+  fs::create_symlink("inner/real", folder.path / "link");
+  write_file_atomically(folder / "link", "new");
+  EXPECT_TRUE(fs::is_symlink(folder.path / "link"));
+  EXPECT_EQ(contents(folder / "inner/real"), "new");
+}
+
+TEST(WriteFileAtomically, WritesWhereSixteenThreadsWriteAtOnce) {
+  const TemporaryFolder folder;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 16; ++i) {
+    threads.emplace_back(
+        [&, i] { write_file_atomically(folder / "a", std::string(50000, static_cast<char>('a' + i))); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  const std::string whole = contents(folder / "a");
+  EXPECT_EQ(whole, std::string(50000, whole.at(0)));
+  EXPECT_EQ(files_in(folder), 1);
+}
+
+TEST(WriteFileAtomically, LeavesTheOldFileAndNothingElseWhenTheDiskIsFull) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "a", "old");
+  rlimit before;
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit little{1000, before.rlim_max};
+  const auto handler = signal(SIGXFSZ, SIG_IGN);
+  setrlimit(RLIMIT_FSIZE, &little);
+  const std::string text = complaint([&] { write_file_atomically(folder / "a", all_bytes); });
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, handler);
+  EXPECT_EQ(text, folder / "a" + ": cannot be written: File too large");
+  EXPECT_EQ(contents(folder / "a"), "old");
+  EXPECT_EQ(files_in(folder), 1);
+}
+
+TEST(WriteFileAtomically, SaysWhyItCannotWrite) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(complaint([&] { write_file_atomically(folder / "no/a", "x"); }),
+            folder / "no/a" + ": cannot be written: No such file or directory");
+  EXPECT_EQ(complaint([&] { write_file_atomically(folder.path, "x"); }),
+            folder.path.string() + ": cannot be written: Is a directory");
+  EXPECT_EQ(files_in(folder), 0);
+}
+
+TEST(WriteFileAtomically, NeverReplacesADevice) {
+  EXPECT_EQ(complaint([] { write_file_atomically("/dev/null", "x"); }), "");
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_EQ(complaint([] { write_file_atomically("/dev/full", "x"); }),
+            "/dev/full: cannot be written: No space left on device");
+  EXPECT_TRUE(fs::is_character_file("/dev/full"));
+}
+
+TEST(ReadFile, GivesBackWhatWasWritten) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "a", all_bytes);
+  EXPECT_EQ(read_file(folder / "a"), all_bytes);
+  write_file_atomically(folder / "a", "");
+  EXPECT_EQ(read_file(folder / "a"), "");
+}
+
+TEST(ReadFile, ReadsAPipeToItsEnd) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  std::thread writer([&] { std::ofstream(folder / "pipe", std::ios::binary) << all_bytes; });
+  EXPECT_EQ(read_file(folder / "pipe"), all_bytes);
+  writer.join();
+}
+
+TEST(ReadFile, RejectsWhatIsMissingAFolderOrTooLarge) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(complaint([&] { read_file(folder / "a"); }),
+            folder / "a" + ": cannot be opened (No such file or directory), wanted a readable file");
+  EXPECT_EQ(complaint([&] { read_file(folder.path); }),
+            folder.path.string() + ": is a folder, wanted a file");
+  write_file_atomically(folder / "a", "12345");
+  EXPECT_EQ(read_file(folder / "a", 5), "12345");
+  EXPECT_EQ(complaint([&] { read_file(folder / "a", 4); }),
+            folder / "a" + ": holds more than the 4 bytes that are read, wanted a smaller file");
+  EXPECT_EQ(complaint([&] { read_file("/dev/zero", 100000); }),
+            "/dev/zero: holds more than the 100000 bytes that are read, wanted a smaller file");
+}
+
+TEST(ReadFile, ThrowsInputErrorSoThatTheProgramCanTellBadInputFromBadLuck) {
+  EXPECT_THROW(read_file("/nowhere/at/all"), InputError);
+  try {
+    write_file_atomically("/nowhere/at/all", "x");
+    FAIL() << "wrote into a folder that is not there";
+  } catch (const InputError&) {
+    FAIL() << "a failed write is not bad input";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/nowhere/at/all"));
+  }
+}
+
+}  // namespace
+}  // namespace tremula
