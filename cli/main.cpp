@@ -20,6 +20,17 @@ int fail(std::string message, int code) {
   return code;
 }
 
+// CLI11 would only say that some command is missing.
+void refuse_unknown_command(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-') return;
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (command->get_name() == argv[1]) return;
+    names += (names.empty() ? "" : ", ") + command->get_name();
+  }
+  throw tremula::InputError("tremula", "no command '" + std::string(argv[1]) + "'", "one of " + names);
+}
+
 int run(int argc, char** argv) {
   CLI::App app{
       "tremula gives plants the motion that turbulent wind gives them, as loops that close exactly."};
@@ -36,6 +47,7 @@ int run(int argc, char** argv) {
   tremula::cli::add_modes(app);
   tremula::cli::add_grow(app);
   tremula::cli::add_info(app);
+  refuse_unknown_command(app, argc, argv);
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp& e) {

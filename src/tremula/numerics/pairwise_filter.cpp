@@ -47,32 +47,48 @@ inline float sum_of_lanes(const float* values) {
 }
 
 // Adds what each tile's noise gives to the other. Where both are one tile, the second half is left out.
+// Columns go four at a time, so that what is accumulated is loaded and stored a quarter as often.
 TREMULA_CLONES void filter_pair(float decay, Tile& rows, Tile& columns, bool same) {
-  alignas(64) float weight[block_size];
-  for (int c = 0; c < block_size; ++c) {
-    const float x = columns.x[0][c], y = columns.x[1][c], z = columns.x[2][c], mask = columns.mask[c];
-    for (int i = 0; i < block_size; ++i) {
-      const float dx = rows.x[0][i] - x, dy = rows.x[1][i] - y, dz = rows.x[2][i] - z;
-      weight[i] = mask * rows.mask[i] * exp_minus(decay * std::sqrt(dx * dx + dy * dy + dz * dz));
+  constexpr int group = 4;
+  alignas(64) float weight[group][block_size];
+  for (int first = 0; first < block_size; first += group) {
+    for (int g = 0; g < group; ++g) {
+      const int c = first + g;
+      const float x = columns.x[0][c], y = columns.x[1][c], z = columns.x[2][c], mask = columns.mask[c];
+      for (int i = 0; i < block_size; ++i) {
+        const float dx = rows.x[0][i] - x, dy = rows.x[1][i] - y, dz = rows.x[2][i] - z;
+        weight[g][i] = mask * rows.mask[i] * exp_minus(decay * std::sqrt(dx * dx + dy * dy + dz * dz));
+      }
     }
     for (int q = 0; q < channels; ++q) {
-      const float noise = columns.noise[q][c];
-      for (int i = 0; i < block_size; ++i) rows.filtered[q][i] += weight[i] * noise;
+      const float* noise = columns.noise[q] + first;
+      for (int i = 0; i < block_size; ++i) {
+        rows.filtered[q][i] += (weight[0][i] * noise[0] + weight[1][i] * noise[1]) +
+                               (weight[2][i] * noise[2] + weight[3][i] * noise[3]);
+      }
     }
-    for (int i = 0; i < block_size; ++i) rows.squared_weights[i] += weight[i] * weight[i];
+    for (int i = 0; i < block_size; ++i) {
+      rows.squared_weights[i] += (weight[0][i] * weight[0][i] + weight[1][i] * weight[1][i]) +
+                                 (weight[2][i] * weight[2][i] + weight[3][i] * weight[3][i]);
+    }
     if (same) continue;
     for (int q = 0; q < channels; ++q) {
-      float sums[lanes] = {};
+      alignas(32) float sums[group][lanes] = {};
       for (int i = 0; i < block_size; i += lanes) {
-        for (int lane = 0; lane < lanes; ++lane) sums[lane] += weight[i + lane] * rows.noise[q][i + lane];
+        for (int g = 0; g < group; ++g) {
+          for (int lane = 0; lane < lanes; ++lane)
+            sums[g][lane] += weight[g][i + lane] * rows.noise[q][i + lane];
+        }
       }
-      columns.filtered[q][c] += sum_of_lanes(sums);
+      for (int g = 0; g < group; ++g) columns.filtered[q][first + g] += sum_of_lanes(sums[g]);
     }
-    float sums[lanes] = {};
-    for (int i = 0; i < block_size; i += lanes) {
-      for (int lane = 0; lane < lanes; ++lane) sums[lane] += weight[i + lane] * weight[i + lane];
+    for (int g = 0; g < group; ++g) {
+      alignas(32) float sums[lanes] = {};
+      for (int i = 0; i < block_size; i += lanes) {
+        for (int lane = 0; lane < lanes; ++lane) sums[lane] += weight[g][i + lane] * weight[g][i + lane];
+      }
+      columns.squared_weights[first + g] += sum_of_lanes(sums);
     }
-    columns.squared_weights[c] += sum_of_lanes(sums);
   }
 }
 

@@ -1,0 +1,142 @@
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "trees.hpp"
+#include "tremula/base/error.hpp"
+#include "tremula/deformation/pose.hpp"
+#include "tremula/geometry/grow.hpp"
+#include "tremula/geometry/plants.hpp"
+#include "tremula/io/pose_table.hpp"
+#include "tremula/pipeline.hpp"
+
+namespace tremula {
+namespace {
+
+Subject sapling() {
+  static const Subject subject =
+      bake(grow(parse_lsystem(find_preset("sapling").text, "sapling")).skeleton, {.modes = {.count = 12}});
+  return subject;
+}
+
+const Weather weather{.loop = {8, 96}};
+
+TEST(Loop, ClosesBitForBit) {
+  const Subject subject = sapling();
+  const Motion motion = set_in_motion(subject, weather);
+  EXPECT_EQ(displacement_at(subject.modes, motion, 0), displacement_at(subject.modes, motion, motion.period));
+  EXPECT_EQ(displacement_at(subject.modes, motion, 1),
+            displacement_at(subject.modes, motion, 1 + 5 * motion.period));
+}
+
+TEST(Loop, HasNoJumpAtTheSeamThatItDoesNotHaveElsewhere) {
+  const Subject subject = sapling();
+  const Motion motion = set_in_motion(subject, weather);
+  const int count = motion.sample_count();
+  double largest = 0;
+  for (int p = 0; p + 1 < count; ++p) {
+    largest = std::max(largest, (motion.coordinates.row(p + 1) - motion.coordinates.row(p)).norm());
+  }
+  EXPECT_LE((motion.coordinates.row(0) - motion.coordinates.row(count - 1)).norm(), largest);
+}
+
+TEST(Loop, AFrameAloneIsTheFrameOfTheWholeToTheLastBit) {
+  const Subject subject = sapling();
+  const Motion motion = set_in_motion(subject, weather);
+  std::vector<int> all(96);
+  for (int p = 0; p < 96; ++p) all[static_cast<std::size_t>(p)] = p;
+  const std::string whole = encode_pose_table(subject.skeleton, subject.modes, motion, all);
+  const int one[] = {57};
+  const std::string alone = encode_pose_table(subject.skeleton, subject.modes, motion, one);
+  const std::string rows = alone.substr(alone.find('\n') + 1);
+  ASSERT_GT(rows.size(), 1000U);
+  EXPECT_NE(whole.find(rows), std::string::npos);
+}
+
+TEST(Loop, DoesNotDependOnTheNumberOfThreads) {
+  const Subject subject = sapling();
+  Eigen::MatrixXd coordinates[2];
+  for (const std::size_t threads : {std::size_t{1}, std::size_t{2}}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    coordinates[threads - 1] = set_in_motion(subject, weather).coordinates;
+  }
+  EXPECT_EQ(coordinates[0], coordinates[1]);
+}
+
+TEST(Loop, DependsOnTheSeedAndOnNothingElse) {
+  const Subject subject = sapling();
+  Weather other = weather;
+  other.wind.seed = 2;
+  const Motion first = set_in_motion(subject, weather), again = set_in_motion(subject, weather);
+  EXPECT_EQ(first.coordinates, again.coordinates);
+  EXPECT_GT((first.coordinates - set_in_motion(subject, other).coordinates).norm(),
+            0.1 * first.coordinates.norm());
+}
+
+TEST(Loop, LeansDownwindAndStandsStillWithoutWind) {
+  const Subject subject = sapling();
+  for (const double heading : {0.0, 120.0}) {
+    Weather turned = weather;
+    turned.wind.mean.heading = heading;
+    const Motion motion = set_in_motion(subject, turned);
+    Vec3 lean = Vec3::Zero();
+    for (Eigen::Index k = 0; k < motion.lean.size() / 6; ++k) lean += motion.lean.segment<3>(6 * k);
+    EXPECT_GT(lean.normalized().dot(heading_direction(turned.wind.mean)), 0.95);
+  }
+  Weather calm = weather;
+  calm.wind.mean.speed = 0;
+  const Motion still = set_in_motion(subject, calm);
+  EXPECT_EQ(still.lean.norm(), 0);
+  EXPECT_EQ(still.coordinates.norm(), 0);
+}
+
+TEST(Loop, WorksForOneBranchOneModeAndOneSample) {
+  const Subject subject = bake(test::straight_stem(1, 1, 0.01, 0.005), {.modes = {.count = 1}});
+  Weather tiny = weather;
+  tiny.loop = {1, 1};
+  const Motion motion = set_in_motion(subject, tiny);
+  EXPECT_EQ(motion.coordinates.rows(), 1);
+  EXPECT_TRUE(motion.coordinates.allFinite());
+  EXPECT_TRUE(motion.lean.allFinite());
+}
+
+TEST(Loop, ShorterThanTheSlowestModeStillIsALoop) {
+  const Subject subject = bake(test::straight_stem(4, 6, 0.02, 0.004), {.modes = {.count = 6}});
+  Weather brief = weather;
+  brief.loop = {0.5 / subject.modes.frequency[0], 40};
+  const Motion motion = set_in_motion(subject, brief);
+  EXPECT_TRUE(motion.coordinates.allFinite());
+  EXPECT_GT(motion.coordinates.norm(), 0);
+}
+
+TEST(Loop, RefusesPeriodsAndRatesThatMakeNone) {
+  const Subject subject = sapling();
+  for (const TimeAxis& bad : {TimeAxis{0, 10}, TimeAxis{-1, 10}, TimeAxis{NAN, 10}, TimeAxis{1, 0},
+                              TimeAxis{1, 1 << 25}, TimeAxis{1e9, 10}}) {
+    Weather refused = weather;
+    refused.loop = bad;
+    EXPECT_THROW(set_in_motion(subject, refused), InputError);
+  }
+}
+
+TEST(Loop, TellsItsProgress) {
+  const Subject subject = sapling();
+  std::vector<std::string> stages;
+  double last = 0;
+  std::mutex mutex;
+  set_in_motion(subject, weather, [&](std::string_view stage, double done) {
+    const std::lock_guard lock(mutex);
+    if (stages.empty() || stages.back() != stage) stages.emplace_back(stage);
+    last = std::max(last, done);
+  });
+  EXPECT_EQ(stages, (std::vector<std::string>{"loads", "wind", "response"}));
+  EXPECT_EQ(last, 1);
+}
+
+}  // namespace
+}  // namespace tremula

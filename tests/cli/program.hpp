@@ -1,0 +1,42 @@
+// Runs the command line program as a user would.
+#pragma once
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "support.hpp"
+
+namespace tremula::test {
+
+struct Outcome {
+  int code;
+  std::string output, messages;  // stdout, stderr
+};
+
+inline std::string contents(const std::string& path) {
+  std::ostringstream text;
+  text << std::ifstream(path, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+inline Outcome run(const TemporaryFolder& folder, const std::string& arguments) {
+  const std::string command = "cd '" + folder.path.string() + "' && '" TREMULA_PROGRAM "' " + arguments +
+                              " > stdout.txt 2> stderr.txt < /dev/null";
+  const int status = std::system(command.c_str());
+  const Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
+                        contents(folder / "stdout.txt"), contents(folder / "stderr.txt")};
+  std::filesystem::remove(folder / "stdout.txt");
+  std::filesystem::remove(folder / "stderr.txt");
+  return outcome;
+}
+
+inline std::size_t file_count(const TemporaryFolder& folder) {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path)) ++count;
+  return count;
+}
+
+}  // namespace tremula::test

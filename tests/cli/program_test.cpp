@@ -1,0 +1,214 @@
+#include "cli/program.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+namespace tremula {
+namespace {
+
+using test::contents;
+using test::file_count;
+using test::Outcome;
+using test::run;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+void expect_refused(const std::string& arguments, const std::vector<std::string>& parts) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, arguments);
+  EXPECT_EQ(outcome.code, 2) << arguments << "\n" << outcome.messages;
+  EXPECT_THAT(outcome.messages, StartsWith("tremula: error: ")) << arguments;
+  EXPECT_EQ(std::count(outcome.messages.begin(), outcome.messages.end(), '\n'), 1) << outcome.messages;
+  for (const std::string& part : parts) EXPECT_THAT(outcome.messages, HasSubstr(part)) << arguments;
+  EXPECT_EQ(outcome.output, "") << arguments;
+  EXPECT_EQ(file_count(folder), 0U) << arguments << " left a file";
+}
+
+TEST(Program, HelpOfEveryCommandHasExamples) {
+  const test::TemporaryFolder folder;
+  for (const std::string command : {"", "animate", "modes", "grow", "info"}) {
+    const Outcome outcome = run(folder, command + " --help");
+    EXPECT_EQ(outcome.code, 0) << command;
+    EXPECT_THAT(outcome.output, HasSubstr("Examples:\n  tremula ")) << command;
+    EXPECT_EQ(outcome.messages, "") << command;
+  }
+}
+
+TEST(Program, RefusesBadUsageInOneLine) {
+  expect_refused("", {"subcommand"});
+  expect_refused("dance", {"dance"});
+  expect_refused("modes", {"INPUT"});
+  expect_refused("modes no_such_tree.swc", {"no_such_tree.swc", "no such file or preset", "sapling"});
+  expect_refused("modes sapling --count 0", {"mode count", "0", "1 to "});
+  expect_refused("modes sapling --count 99999", {"mode count", "99999", "1 to "});
+  expect_refused("modes sapling --material cheese", {"'cheese'", "walnut"});
+  expect_refused("modes sapling --youngs-modulus -1", {"Young's modulus", "-1", "above 0"});
+  expect_refused("modes sapling --shear-modulus 0", {"shear modulus", "above 0"});
+  expect_refused("modes sapling --density nan", {"density", "nan", "above 0"});
+  expect_refused("modes sapling --format xml", {"xml", "json"});
+  expect_refused("grow sapling", {"no output", ".swc"});
+  expect_refused("grow sapling -o tree.obj", {"'.obj'", ".swc"});
+  expect_refused("grow sapling -o tree.swc --set nonsense", {"nonsense", "NAME=NUMBER"});
+  expect_refused("grow sapling -o tree.swc --set no_such_constant=3", {"no_such_constant"});
+  expect_refused("animate sapling", {"no output", ".glb"});
+  expect_refused("animate sapling -o tree.xyz", {"'.xyz'", ".glb"});
+  expect_refused("animate sapling -o a.csv --wind-speed -3", {"wind speed", "-3", "0 to 100"});
+  expect_refused("animate sapling -o a.csv --wind-speed nan", {"wind speed", "nan"});
+  expect_refused("animate sapling -o a.csv --period 0", {"--period", "frames"});
+  expect_refused("animate sapling -o a.csv --period nan", {"--period"});
+  expect_refused("animate sapling -o a.csv --fps 1e9", {"--fps", "16777216"});
+  expect_refused("animate sapling -o a.csv --frames 9-2", {"--frames", "9-2"});
+  expect_refused("animate sapling -o a.csv --frames 601", {"--frames", "601", "0-600"});
+  expect_refused("animate sapling -o a.csv --damping-ratio 0", {"damping ratio", "above 0"});
+  expect_refused("animate sapling -o a.csv --modes 0", {"mode count", "0"});
+  expect_refused("animate sapling -o a.csv --turbulence-intensity -1", {"turbulence intensity", "-1"});
+  expect_refused("animate sapling -o a.csv --correlation-length 0", {"correlation length", "above 0"});
+  expect_refused("animate sapling -o a.csv --roughness-length 20", {"roughness length", "20"});
+}
+
+TEST(Program, CannotWriteWhereThereIsNoFolder) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, "animate sapling --period 1 -o nowhere/tree.glb");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_THAT(outcome.messages, HasSubstr("nowhere/tree.glb"));
+  EXPECT_EQ(file_count(folder), 0U);
+}
+
+TEST(Program, ModesAsJsonHasWhatScriptsRelyOn) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome =
+      run(folder,
+          "modes stam-62 --count 12 --youngs-modulus 8e9 --shear-modulus 6e8 --density 900 --format json "
+          "--section paper --no-rotatory-inertia --threads 1");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  const auto json = nlohmann::json::parse(outcome.output);
+  EXPECT_EQ(json["branches"], 62);
+  EXPECT_EQ(json["dof"], 6 * 62);
+  EXPECT_EQ(json["modes"].size(), 12U);
+  EXPECT_EQ(json["count_found"], 12);
+  double previous = 0;
+  for (const auto& mode : json["modes"]) {
+    EXPECT_GE(mode["frequency_hz"].get<double>(), previous);
+    previous = mode["frequency_hz"];
+    EXPECT_LT(mode["residual"].get<double>(), 1e-9);
+    EXPECT_TRUE(mode["error_bound"].is_number());
+  }
+  EXPECT_TRUE(json["seconds"]["setup"].is_number());
+  EXPECT_TRUE(json["seconds"]["solve"].is_number());
+  EXPECT_GT(json["peak_bytes"].get<double>(), 0);
+}
+
+TEST(Program, ModesAsTableAndCsvSayTheSameAsJson) {
+  const test::TemporaryFolder folder;
+  const auto json = nlohmann::json::parse(run(folder, "modes stam-17 --count 3 --format json").output);
+  std::istringstream csv(run(folder, "modes stam-17 --count 3 --format csv").output);
+  std::string line;
+  std::getline(csv, line);
+  EXPECT_EQ(line, "mode,frequency_hz,residual,error_bound");
+  for (std::size_t r = 0; r < 3; ++r) {
+    std::getline(csv, line);
+    int mode = 0;
+    double frequency = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "%d,%lf", &mode, &frequency), 2) << line;
+    EXPECT_EQ(mode, static_cast<int>(r) + 1);
+    EXPECT_NEAR(frequency / json["modes"][r]["frequency_hz"].get<double>(), 1, 1e-14);
+  }
+  EXPECT_THAT(run(folder, "modes stam-17 --count 3").output, HasSubstr("frequency_hz"));
+}
+
+TEST(Program, AnimateWritesEveryFormAndTheSameBytesOnAnyNumberOfThreads) {
+  const test::TemporaryFolder folder;
+  const std::string settings = "animate sapling --period 4 --fps 15 --modes 8 --seed 5 --frames 3-5 ";
+  ASSERT_EQ(run(folder, settings + "-o one.glb -o one.csv -o one.png --threads 1").code, 0);
+  ASSERT_EQ(run(folder, settings + "-o two.glb -o two.csv -o two.png --threads 2").code, 0);
+  for (const std::string extension : {".glb", ".csv", ".png"}) {
+    const std::string one = contents(folder / ("one" + extension)),
+                      two = contents(folder / ("two" + extension));
+    EXPECT_GT(one.size(), 1000U) << extension;
+    EXPECT_TRUE(one == two) << extension << " differs between one and two threads";
+  }
+}
+
+TEST(Program, AFrameAskedForAloneIsThatOfTheWhole) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder, "animate stam-17 --period 4 --fps 15 -o all.csv").code, 0);
+  ASSERT_EQ(run(folder, "animate stam-17 --period 4 --fps 15 --frames 17 -o one.csv").code, 0);
+  const std::string all = contents(folder / "all.csv"), one = contents(folder / "one.csv");
+  const std::string rows = one.substr(one.find('\n') + 1);
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 18);
+  EXPECT_NE(all.find(rows), std::string::npos);
+}
+
+TEST(Program, ReportSaysWhatWasDone) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(
+      run(folder, "animate sapling --period 3 --wind-speed 5 --seed 9 --modes 6 --report r.json -o a.csv")
+          .code,
+      0);
+  const auto json = nlohmann::json::parse(contents(folder / "r.json"));
+  EXPECT_EQ(json["settings"]["seed"], 9);
+  EXPECT_EQ(json["settings"]["wind_speed_m_s"], 5.0);
+  EXPECT_EQ(json["settings"]["samples"], 90);
+  EXPECT_EQ(json["frequencies_hz"].size(), 6U);
+  EXPECT_GT(json["motion"]["largest_rms_m"].get<double>(), 0);
+  std::vector<std::string> stages;
+  for (const auto& stage : json["stages"]) {
+    stages.push_back(stage["stage"]);
+    EXPECT_GE(stage["seconds"].get<double>(), 0);
+    EXPECT_GT(stage["peak_bytes"].get<double>(), 0);
+  }
+  EXPECT_THAT(stages, testing::ElementsAre("read", "structure", "modes", "loads", "wind", "response",
+                                           "surface", "write .csv"));
+}
+
+TEST(Program, GrownTreesAnimateTheSameFromTheirFileAsFromThePreset) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder, "grow sapling -o sapling.swc").code, 0);
+  const auto of_file = nlohmann::json::parse(run(folder, "modes sapling.swc --count 5 --format json").output);
+  const auto of_preset = nlohmann::json::parse(run(folder, "modes sapling --count 5 --format json").output);
+  EXPECT_EQ(of_file["branches"], of_preset["branches"]);
+  for (std::size_t r = 0; r < 5; ++r) {
+    EXPECT_NEAR(of_file["modes"][r]["frequency_hz"].get<double>() /
+                    of_preset["modes"][r]["frequency_hz"].get<double>(),
+                1, 1e-9);
+  }
+}
+
+TEST(Program, InfoTellsTheSizeOfEveryStamTree) {
+  const test::TemporaryFolder folder;
+  for (const int count : {17, 55, 62, 212, 692, 2257}) {
+    const Outcome outcome = run(folder, "info stam-" + std::to_string(count) + " --format json");
+    EXPECT_EQ(nlohmann::json::parse(outcome.output)["branches"], count);
+  }
+}
+
+TEST(Program, ScansAnimateWithStatedRepairs) {
+  const std::string scan = (test::data_folder() / "qsm/itsme_tree2_treeqsm_v240_two_roots.mat").string();
+  TREMULA_NEED_DATA("qsm/itsme_tree2_treeqsm_v240_two_roots.mat");
+  const test::TemporaryFolder folder;
+  const Outcome outcome =
+      run(folder, "animate '" + scan + "' --period 2 --wind-speed 6 -o tree.glb --report r.json");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_THAT(outcome.messages,
+              HasSubstr("tremula: warning: 1 segment without parent joined to the nearest branch"));
+  const auto json = nlohmann::json::parse(contents(folder / "r.json"));
+  EXPECT_EQ(json["plant"]["branches"], 106);
+  EXPECT_EQ(json["plant"]["roots"], 1);
+}
+
+TEST(Program, AMalformedFileLeavesNoOutput) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "bad.swc") << "1 1 0 0 0 0.1 -1\n2 1 0 0 1 -0.1 1\n";
+  const Outcome outcome = run(folder, "animate bad.swc -o tree.glb -o tree.csv --report r.json");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.messages,
+              testing::AllOf(HasSubstr("bad.swc:2"), HasSubstr("-0.1"), HasSubstr("wanted")));
+  EXPECT_EQ(file_count(folder), 1U);
+}
+
+}  // namespace
+}  // namespace tremula
