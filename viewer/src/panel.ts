@@ -15,6 +15,7 @@ export class Panel {
   private readonly play = element<HTMLButtonElement>('play');
   private readonly time = element<HTMLInputElement>('time');
   private readonly timeText = element<HTMLOutputElement>('time-text');
+  private readonly modes = element<HTMLDetailsElement>('modes');
   private readonly bars = new Map<number, HTMLElement>();  // by mode
   private readonly rows = new Map<number, HTMLButtonElement>();
 
@@ -44,6 +45,7 @@ export class Panel {
     this.play.setAttribute('aria-label', playing ? 'pause' : 'play');
     this.time.value = String(time);
     this.timeText.textContent = `${time.toFixed(1)} / ${this.period.toFixed(1)} s`;
+    if (!this.modes.open) return;
     weights.forEach((weight, i) => {
       const bar = this.bars.get(this.loop.targetModes[i]);
       if (bar) bar.style.transform = `scaleX(${Math.max(-1, Math.min(1, weight))})`;
@@ -89,7 +91,8 @@ export class Panel {
 
   private listModes(): void {
     const modes = this.loop.targetModes.filter((mode) => mode > 0);
-    element('modes').hidden = modes.length === 0;
+    this.modes.hidden = modes.length === 0;
+    this.modes.addEventListener('toggle', this.changed);
     for (const mode of modes) {
       const row = document.createElement('button'), bar = document.createElement('i');
       row.type = 'button';

@@ -1,8 +1,8 @@
 // Sky, ground, light and camera around a plant.
 import {
-  BackSide, Box3, BufferAttribute, Color, DirectionalLight, HemisphereLight, MathUtils, Mesh, MeshStandardMaterial,
-  PCFShadowMap, PerspectiveCamera, RingGeometry, Scene, ShaderMaterial, Sphere, SphereGeometry,
-  Vector3, WebGLRenderer,
+  BackSide, Box3, BufferAttribute, Color, DirectionalLight, HemisphereLight, MathUtils, Mesh, MeshBasicMaterial,
+  MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, RingGeometry, Scene, ShaderMaterial, Shape, ShapeGeometry,
+  Sphere, SphereGeometry, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import type {Loop} from './loop';
@@ -32,7 +32,8 @@ export class Stage {
       this.extent.union(new Box3().setFromBufferAttribute(mesh.geometry.attributes.position as BufferAttribute));
     }
     this.scene.add(loop.root);
-    this.addSurroundings();
+    this.addSurroundings(loop);
+    this.checkLimits(loop);
 
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
@@ -74,7 +75,17 @@ export class Stage {
     this.controls.update();
   }
 
-  private addSurroundings(): void {
+  // Every target takes a uniform of the vertex shader and a layer of a texture.
+  private checkLimits(loop: Loop): void {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    const most = Math.min(gl.getParameter(gl.MAX_VERTEX_UNIFORM_VECTORS) - 64,
+                          gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
+    if (loop.targetModes.length > most) {
+      throw new Error(`it has ${loop.targetModes.length} morph targets, and the graphics here can blend ${most}`);
+    }
+  }
+
+  private addSurroundings(loop: Loop): void {
     const {center, radius} = this.extent.getBoundingSphere(new Sphere());
     const ground = new Vector3(center.x, this.extent.min.y, center.z);
 
@@ -94,6 +105,7 @@ export class Stage {
     this.scene.add(sun, sun.target, new HemisphereLight(0xe4eef8, 0xa09c84, 1.9));
 
     this.scene.add(makeSky(ground, 40 * radius), makeTurf(ground, 2.2 * radius));
+    if (loop.facts.wind_speed_m_s > 0) this.scene.add(makeArrow(ground, radius, loop.facts.heading_deg));
   }
 }
 
@@ -143,5 +155,18 @@ function makeTurf(center: Vector3, radius: number): Mesh {
   mesh.rotation.x = -Math.PI / 2;
   mesh.position.copy(center);
   mesh.receiveShadow = true;
+  return mesh;
+}
+
+// On the ground, upwind: where the wind blows to.
+function makeArrow(center: Vector3, radius: number, heading: number): Mesh {
+  const outline = [[-0.9, 0.02], [-0.62, 0.02], [-0.62, 0.06], [-0.5, 0]];
+  const mirrored = outline.map(([x, y]) => [x, -y]).reverse();
+  const shape = new Shape([...outline, ...mirrored].map(([x, y]) => new Vector2(radius * x, radius * y)));
+  const material = new MeshBasicMaterial({color: 0xffffff, transparent: true, opacity: 0.55, depthWrite: false});
+  const mesh = new Mesh(new ShapeGeometry(shape), material);
+  mesh.rotation.set(-Math.PI / 2, 0, MathUtils.degToRad(heading));
+  mesh.position.copy(center);
+  mesh.renderOrder = 1;
   return mesh;
 }

@@ -1,5 +1,6 @@
 // The page in a real browser: its vertices against the node poses that the program writes as .csv, and its controls.
 import assert from 'node:assert/strict';
+import {readFileSync, writeFileSync} from 'node:fs';
 import {after, before, describe, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 import {
@@ -119,10 +120,18 @@ describe('the page', needsBrowser, () => {
     assert.deepEqual(complaints, []);
   });
 
+  test('a plant without wind is shown, and stands still', async () => {
+    const {page, complaints} = await openPage(browser, {viewport: {width: 300, height: 300}});
+    await page.goto(pathToFileURL(animate(plants[1], ['html'], {'wind-speed': 0}).html).href);
+    await page.evaluate(() => window.tremula.ready);
+    assert.equal(await page.evaluate(pictureAt, 5), await page.evaluate(pictureAt, 0));
+    assert.deepEqual(complaints, []);
+    await page.close();
+  });
+
   test('a page whose data is damaged says so', async () => {
     const {page} = await openPage(browser);
     const {html} = animate(plants[0], ['html']);
-    const {readFileSync, writeFileSync} = await import('node:fs');
     writeFileSync(html, readFileSync(html, 'utf8').replace('text/plain">Z2xURg', 'text/plain">AAAAAA'));
     await page.goto(pathToFileURL(html).href);
     await page.locator('#message:visible').waitFor();
