@@ -257,11 +257,13 @@ Bark bark_at(const Vector2f& uv, float footprint, float paleness) {
   return {rugged * rough + 0.3F * grain, rugged * (0.42F * rough + 0.3F * grain) - 0.7F * paleness * marks};
 }
 
-Rgb bark_albedo(const Scene& scene, const Vector2f& uv, float footprint, float shade) {
+// `twig`: 1 for the twigs of trees with pale bark, which are brown.
+Rgb bark_albedo(const Scene& scene, const Vector2f& uv, float footprint, float shade, float twig) {
   const float fade = std::clamp(1.5F - 6 * footprint, 0.0F, 1.0F);
   const float lichen = fade * smooth_step(0.5F, 0.9F, noise(uv.x() * 3, uv.y() * 1.1F, 3, 7));
   const Rgb color = scene.bark + 0.3F * lichen * (Rgb(0.20F, 0.22F, 0.15F) - scene.bark);
-  return color * std::max(1 + shade, 0.2F);
+  const Rgb brown = color.cwiseMin(Rgb(0.15F, 0.10F, 0.075F));
+  return (color + twig * (brown - color)) * std::max(1 + shade, 0.2F);
 }
 
 // One triangle as seen through one spot of the picture.
@@ -305,10 +307,12 @@ Rgb shade_triangle(const Scene& scene, std::uint32_t triangle, const Vector3f& d
     const Vector2f uv_ac = scene.surface.texture[corner[2]] - scene.surface.texture[corner[0]];
     const float per_metre = (uv_ab.norm() + uv_ac.norm()) / std::max(ab.norm() + ac.norm(), 1e-9F);
     const float footprint = std::min(distance * scene.pixel * per_metre, 100.0F);
-    // Pale bark is that of stems; its twigs are brown.
     const float radius = 1 / (2 * pi * std::max(per_metre, 1e-6F));
-    const float stem = smooth_step(0.004F, 0.02F, radius);
-    const float paleness = smooth_step(0.25F, 0.5F, scene.bark.mean()) * stem;
+    const float stem = smooth_step(0.005F, 0.02F, radius);
+    const float white =
+        smooth_step(0.25F, 0.5F, scene.bark.mean()) *
+        smooth_step(0.5F, 0.7F, scene.bark.minCoeff() / std::max(scene.bark.maxCoeff(), 1e-6F));
+    const float paleness = white * stem;
     const Bark bark = bark_at(uv, footprint, paleness);
     // The relief tilts the normal: directions of growing u and v from the triangle, heights a step farther.
     const float turn_uv = uv_ab.x() * uv_ac.y() - uv_ab.y() * uv_ac.x();
@@ -322,7 +326,7 @@ Rgb shade_triangle(const Scene& scene, std::uint32_t triangle, const Vector3f& d
       const Vector3f tilted = normal - relief / step * (rise_u * along_u + rise_v * along_v);
       if (tilted.norm() > 1e-3F) normal = tilted.normalized();
     }
-    const Rgb albedo = bark_albedo(scene, uv, footprint, bark.shade);
+    const Rgb albedo = bark_albedo(scene, uv, footprint, bark.shade, white * (1 - stem));
     const Rgb sky = scene.ambient.irradiance(point, normal);
     return tone(albedo.cwiseProduct(std::max(normal.dot(scene.to_sun), 0.0F) * sun * sun_light + sky) / pi *
                 scene.exposure);
