@@ -254,19 +254,24 @@ TEST(Grow, RefusesPlantsThatCannotBeWithTheirPlace) {
 }
 
 TEST(Grow, RefusesRunawayGrowthAtItsLimits) {
+  const GrowLimits limits = {.letters = 100'000, .branches = 1000, .leaves = 2000, .nesting = 50};
   const std::vector<BadGrowth> plants = {
-      {"steps: 1000\naxiom: A\nA -> A A",
-       "plant.lsys:3: more than 10000000 letters, the last in step 1000, wanted"},
-      {"steps: 100000\naxiom: A\nA -> [ A A ]", "more than 10000000 letters"},
-      {"steps: 100000\naxiom: !(0.1) A\nA -> F(0.01) [ A ] A",
-       "more branches than 1000000, wanted a plant of fewer"},
-      {"steps: 100000\naxiom: F(1, 1) A\nA -> L(1, 1) A A",
-       "more leaves than 2000000, wanted a plant of fewer"},
+      {"steps: 1000\naxiom: A\nA -> A A", "plant.lsys:3: more than 100000 letters, the last in step"},
+      {"steps: 100000\naxiom: A\nA -> A [ A A ]", "more than 100000 letters"},
+      {"steps: 100000\naxiom: !(0.1) A\nA -> F(0.01) A",
+       "plant.lsys:3: more branches than 1000, wanted a plant of fewer"},
+      {"steps: 100000\naxiom: F(1, 1) A\nA -> L(1, 1) A A", "more leaves than 2000, wanted a plant of fewer"},
+      {"steps: 100000\naxiom: A\nA -> [ A ]",
+       "plant.lsys:3: '[' nested more than 50 deep, wanted a plant of less"},
   };
-  for (const BadGrowth& plant : plants)
-    EXPECT_THAT(message_of(plant.text), HasSubstr(plant.message)) << plant.text;
-  EXPECT_THAT(message_of("steps: 100\naxiom: A\nA -> [ A ]", {.limits = {.nesting = 50}}),
-              HasSubstr("plant.lsys:3: '[' nested more than 50 deep"));
+  for (const BadGrowth& plant : plants) {
+    EXPECT_THAT(message_of(plant.text, {.limits = limits}), HasSubstr(plant.message)) << plant.text;
+  }
+}
+
+TEST(Grow, HasLimitsThatEndRunawayGrowthUnasked) {
+  EXPECT_THAT(message_of("steps: 100000\naxiom: !(0.1) A\nA -> F(0.01) A A"),
+              HasSubstr("more branches than 1000000"));
 }
 
 TEST(Grow, GrowsADeepPlantWithoutRecursion) {

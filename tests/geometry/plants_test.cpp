@@ -73,7 +73,7 @@ TEST(PlantPresets, AreListedWhereOneIsAskedForThatIsNotThere) {
 
 TEST(PlantPresets, KeepTheirStatedHeightCountsAndSlendernessForManySeeds) {
   for (const auto& [name, plant] : stated) {
-    for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    for (std::uint64_t seed = 1; seed <= 6; ++seed) {
       const Skeleton skeleton = grow_preset(name, seed).skeleton;  // has passed check_skeleton
       SCOPED_TRACE(name + ", seed " + std::to_string(seed));
       double height = 0;
@@ -147,13 +147,12 @@ TEST(PlantPresets, AreDifferentPlantsForDifferentSeedsAndTheSameForTheSame) {
 TEST(StamTree, HasExactlyAsManyBranchesAsItIsToldWhateverTheNumberAndSeed) {
   const LSystem system = parse_lsystem(find_preset("stam-17").text, "stam");
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
-    for (int n = 1; n <= 300; ++n) {
+    for (int n = 1; n <= 150; ++n) {
       const GrownPlant plant = grow(system, {.seed = seed, .constants = {{"N", n}}});
       ASSERT_EQ(plant.skeleton.branch_count(), n) << seed;
     }
-    const GrownPlant plant = grow(system, {.seed = seed, .constants = {{"N", 200000}}});
-    EXPECT_EQ(plant.skeleton.branch_count(), 200000);
   }
+  EXPECT_EQ(grow(system, {.constants = {{"N", 200000}}}).skeleton.branch_count(), 200000);
 }
 
 }  // namespace
