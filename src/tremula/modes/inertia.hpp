@@ -1,0 +1,18 @@
+// How many modes a structure has below a frequency, counted rather than searched: what proves that none is
+// missing.
+#pragma once
+
+#include "tremula/structure/structure.hpp"
+
+namespace tremula {
+
+// The number of eigenvalues of K q = omega^2 M q below omega^2 (omega [rad/s] >= 0).
+//
+// It is the number of negative pivots of K - omega^2 M (Sylvester's law of inertia). Written in the
+// displacements e of each branch relative to its rigidly carried start, elimination from the tips to the
+// roots meets one 6 x 6 pivot a branch, C^-1 + N with N the inertia carried by it, and never the differences
+// of large stiffnesses in which an assembled K - omega^2 M loses its digits: with C = S S^T the pivot has the
+// inertia of I + S^T N S. Cost O(N).
+int count_modes_below(const Structure& structure, double omega);
+
+}  // namespace tremula

@@ -1,0 +1,82 @@
+#include "tremula/io/pose_table.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <sstream>
+#include <vector>
+
+#include "trees.hpp"
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+struct Case {
+  Skeleton skeleton = test::random_tree(4, 2);
+  Modes modes;
+  Motion motion{3, Eigen::MatrixXd::Random(6, 2), Eigen::VectorXd::Random(24)};
+  Case() {
+    modes.frequency = Eigen::Vector2d(1, 2);
+    modes.shapes = Eigen::MatrixXd::Random(24, 2);
+  }
+};
+
+std::vector<double> numbers(const std::string& row) {
+  std::vector<double> values;
+  std::istringstream columns(row);
+  for (std::string column; std::getline(columns, column, ',');)
+    values.push_back(std::strtod(column.c_str(), nullptr));
+  return values;
+}
+
+TEST(EncodePoseTable, SaysWhereEveryNodeIsToTheLastBit) {
+  const Case c;
+  const int frames[] = {0, 4};
+  std::istringstream text(encode_pose_table(c.skeleton, c.modes, c.motion, frames));
+  std::string row;
+  std::getline(text, row);
+  EXPECT_EQ(row, "frame,time_s,node,x,y,z,rx,ry,rz");
+  for (const int frame : frames) {
+    const Displacement u = displacement_at(c.modes, c.motion, 3.0 * frame / 6);
+    for (int node = 0; node < 5; ++node) {
+      ASSERT_TRUE(std::getline(text, row));
+      const std::vector<double> found = numbers(row);
+      ASSERT_EQ(found.size(), 9U) << row;
+      EXPECT_EQ(found[0], frame);
+      EXPECT_EQ(found[1], 3.0 * frame / 6);
+      EXPECT_EQ(found[2], node);
+      Vec6 pose;
+      pose << c.skeleton.node_position(node), Vec3::Zero();
+      if (node > 0) pose += u.segment<6>(6 * (node - 1));
+      for (int i = 0; i < 6; ++i) EXPECT_EQ(found[static_cast<std::size_t>(3 + i)], pose[i]) << row;
+    }
+  }
+  EXPECT_FALSE(std::getline(text, row));
+}
+
+TEST(EncodePoseTable, TheFrameAfterTheLastIsTheFirst) {
+  const Case c;
+  const int first[] = {0}, last[] = {6};
+  const std::string a = encode_pose_table(c.skeleton, c.modes, c.motion, first);
+  const std::string b = encode_pose_table(c.skeleton, c.modes, c.motion, last);
+  const auto without_time = [](const std::string& text) {
+    std::string kept;
+    std::istringstream rows(text);
+    for (std::string row; std::getline(rows, row);)
+      kept += row.substr(row.find(',', row.find(',') + 1)) + '\n';
+    return kept;
+  };
+  EXPECT_EQ(without_time(a), without_time(b));
+}
+
+TEST(EncodePoseTable, RefusesFramesOutsideTheLoop) {
+  const Case c;
+  for (const int bad : {-1, 7}) {
+    const int frames[] = {bad};
+    EXPECT_THROW(encode_pose_table(c.skeleton, c.modes, c.motion, frames), InputError);
+  }
+}
+
+}  // namespace
+}  // namespace tremula

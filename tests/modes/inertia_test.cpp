@@ -1,0 +1,67 @@
+#include "tremula/modes/inertia.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "trees.hpp"
+#include "tremula/modes/solve_modes.hpp"
+
+namespace tremula {
+namespace {
+
+const Material wood{"wood", 9e9, 7e8, 950, ""};
+
+// Between every two frequencies that can be told apart, the count is the number of those below.
+void expect_counts_match(const Structure& structure) {
+  const Modes modes = solve_modes(structure, {.count = all_modes});
+  EXPECT_EQ(count_modes_below(structure, 0), 0);
+  int compared = 0;
+  for (int r = 0; r + 1 < modes.count(); ++r) {
+    const double below = modes.omega()[r], above = modes.omega()[r + 1];
+    if (above / below - 1 < 1e-9) continue;
+    EXPECT_EQ(count_modes_below(structure, std::sqrt(below * above)), r + 1)
+        << "between modes " << r << ", " << r + 1;
+    ++compared;
+  }
+  EXPECT_GT(compared, modes.count() / 3);
+}
+
+TEST(CountModesBelow, IsTheNumberOfFrequenciesBelowForEveryGapOfARandomTree) {
+  expect_counts_match(assemble(test::random_tree(30, 7), {.material = wood}));
+}
+
+TEST(CountModesBelow, CountsBothOfEveryPairOfAStraightStem) {
+  expect_counts_match(assemble(test::straight_stem(12, 2, 0.02, 0.01), {.material = wood}));
+}
+
+TEST(CountModesBelow, HoldsForLeavesSeveralRootsAndStartsBesideTheirNodes) {
+  Skeleton skeleton = test::random_tree(12, 5);
+  skeleton.roots.emplace_back(1, 0, 0);
+  for (Branch& branch : skeleton.branches) {
+    if (branch.start_node > 0) ++branch.start_node;
+  }
+  skeleton.branches.push_back(test::make_branch(1, Vec3(1, 0, 0), Vec3(1.1, 0.2, 0.7), 0.03, 0.02));
+  const Vec3 beside = skeleton.node_position(4) + Vec3(0.05, -0.03, 0.02);
+  skeleton.branches.push_back(test::make_branch(4, beside, beside + Vec3(0.3, 0.1, 0.2), 0.01, 0.008));
+  Leaf leaf;
+  leaf.branch = 3;
+  leaf.position = 0.6;
+  leaf.mass = 0.5;
+  skeleton.leaves.push_back(leaf);
+  expect_counts_match(assemble(skeleton, {.material = wood}));
+}
+
+TEST(CountModesBelow, KeepsItsDigitsWhereBranchesAreCutIntoManyPieces) {
+  // The gap between the third and fourth pair is wide; an assembled K of 640 pieces has lost half of its
+  // digits.
+  const Structure structure = assemble(test::straight_stem(640, 2, 0.02, 0.01), {.material = wood});
+  const Modes modes = solve_modes(structure, {.count = 8});
+  for (const int r : {1, 3, 5}) {
+    EXPECT_EQ(count_modes_below(structure, modes.omega()[r] * (1 + 1e-9)), r + 1);
+    EXPECT_EQ(count_modes_below(structure, modes.omega()[r - 1] * (1 - 1e-9)), r - 1);
+  }
+}
+
+}  // namespace
+}  // namespace tremula
