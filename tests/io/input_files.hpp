@@ -25,23 +25,28 @@ inline void write_text(const std::string& path, std::string_view text) {
   if (!file.flush()) throw std::runtime_error("cannot write " + path);
 }
 
-inline ImportedSkeleton read_text(std::string_view text) {
-  const TemporaryFolder folder;
-  write_text(folder / "plant", text);
-  return read_skeleton(folder / "plant");
-}
+inline ImportedSkeleton read_text(std::string_view text) { return read_skeleton(text, "plant"); }
 
-// What read_skeleton has against a file, with the folder cut off; "" where it reads it.
-inline std::string complaint_about(const std::string& path) {
+// What a call has against its input; "" where nothing.
+template <typename Call>
+std::string complaint_of(Call call) {
   try {
-    read_skeleton(path);
+    call();
     return "";
   } catch (const InputError& error) {
-    std::string text = error.what();
-    const std::string folder = std::filesystem::path(path).parent_path().string() + "/";
-    if (text.starts_with(folder)) text.erase(0, folder.size());
-    return text;
+    return error.what();
   }
+}
+
+inline std::string complaint_about_bytes(std::string_view bytes, const std::string& name) {
+  return complaint_of([&] { read_skeleton(bytes, name); });
+}
+
+// The same of a file, with the folder cut off.
+inline std::string complaint_about(const std::string& path) {
+  std::string text = complaint_of([&] { read_skeleton(path); });
+  const std::string folder = std::filesystem::path(path).parent_path().string() + "/";
+  return text.starts_with(folder) ? text.substr(folder.size()) : text;
 }
 
 inline std::size_t count_of(const ImportedSkeleton& imported, const std::string& kind) {

@@ -86,7 +86,7 @@ TEST(Repair, RecentresATreeFurtherFromTheOriginThanItIsLarge) {
   EXPECT_EQ(imported.skeleton.origin, Vec3(5, 0, 0));
   EXPECT_EQ(imported.skeleton.branches[1].end, Vec3(1, 0, 4.5));
   EXPECT_EQ(count_of(imported, "recentred"), 2u);
-  EXPECT_EQ(message_of(imported, "recentred"), "recentred: the root stood at (5, 0, 0) m");
+  EXPECT_EQ(message_of(imported, "recentred"), "recentred: the root stood at (5.000, 0.000, 0.000) m");
 }
 
 TEST(Repair, KeepsThePrecisionOfAScanAMillionMetresAway) {
@@ -367,7 +367,7 @@ TEST(Repair, RejectsCoordinatesThatHaveLostTheLengths) {
   EXPECT_EQ(complaint_about(tree), "");
   tree.resolution = 0x1p-23;
   EXPECT_EQ(complaint_about(tree),
-            "tree: coordinates up to 5e+06 m are known to 0.5960464477539062 m only, with branches of 1 m on "
+            "tree: coordinates up to 5e+06 m are known to 0.596046 m only, with branches of 1 m on "
             "average, "
             "wanted coordinates nearer to the origin or in higher precision");
 }

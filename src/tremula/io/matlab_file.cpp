@@ -104,7 +104,8 @@ std::string inflate_all(std::string_view packed, std::size_t budget, const std::
     if (result == Z_STREAM_END) return out;
     if (result != Z_OK) {
       throw InputError(
-          where, stream.avail_in == 0 ? "compressed data that break off" : "compressed data that are damaged",
+          where,
+          result == Z_BUF_ERROR ? "compressed data that break off" : "compressed data that are damaged",
           "a whole file");
     }
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -83,7 +84,7 @@ Extent extent(const RawTree& tree) {
 void check_size(const RawTree& tree, const Extent& box) {
   const double size = (box.high - box.low).maxCoeff();
   if (size < 1e-6) {
-    throw InputError(tree.path, "the whole plant measures " + shown(size) + " m", "at least 1e-06 m");
+    throw InputError(tree.path, "the whole plant measures " + rounded(size) + " m", "at least 1e-06 m");
   }
 }
 
@@ -96,8 +97,8 @@ void check_resolution(const RawTree& tree, const Extent& box) {
   const double largest = box.low.cwiseAbs().cwiseMax(box.high.cwiseAbs()).maxCoeff();
   if (largest * tree.resolution > 0.1 * mean) {
     throw InputError(tree.path,
-                     "coordinates up to " + shown(largest) + " m are known to " +
-                         shown(largest * tree.resolution) + " m only, with branches of " + shown(mean) +
+                     "coordinates up to " + rounded(largest) + " m are known to " +
+                         rounded(largest * tree.resolution) + " m only, with branches of " + rounded(mean) +
                          " m on average",
                      "coordinates nearer to the origin or in higher precision");
   }
@@ -242,9 +243,13 @@ void recentre(RawTree& tree, const std::vector<char>& clamped, const Extent& box
   }
   for (Leaf& leaf : tree.leaves) leaf.base -= shift;
   tree.origin += shift;
+  const auto millimetres = [](double value) {
+    char text[32];
+    return std::string(text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed, 3).ptr);
+  };
   tree.repairs.push_back({"recentred", tree.branches.size(),
-                          "recentred: the root stood at (" + shown(shift.x()) + ", " + shown(shift.y()) +
-                              ", " + shown(shift.z()) + ") m"});
+                          "recentred: the root stood at (" + millimetres(shift.x()) + ", " +
+                              millimetres(shift.y()) + ", " + millimetres(shift.z()) + ") m"});
 }
 
 }  // namespace

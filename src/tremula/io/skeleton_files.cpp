@@ -8,15 +8,14 @@
 #include "tremula/io/text_table.hpp"
 #include "tremula/io/treeqsm.hpp"
 
-#include <string_view>
-
 namespace tremula {
 
-ImportedSkeleton read_skeleton(const std::string& path) {
-  const std::string bytes = read_file(path);
+ImportedSkeleton read_skeleton(const std::string& path) { return read_skeleton(read_file(path), path); }
+
+ImportedSkeleton read_skeleton(std::string_view bytes, const std::string& path) {
   if (bytes.empty()) throw InputError(path, "an empty file", "a plant");
   if (is_matlab_file(bytes)) return read_treeqsm_mat(bytes, path);
-  if (bytes.find('\0') != std::string::npos) {
+  if (bytes.find('\0') != std::string_view::npos) {
     throw InputError(path, "binary data", "SWC, TreeQSM or SimpleForest text, or a MATLAB file");
   }
   std::string_view text = bytes;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tremula {
@@ -24,6 +25,9 @@ struct ImportedSkeleton {
 
 // Throws InputError for anything that is not a usable plant (see docs/guide/inputs.md for what is repaired).
 ImportedSkeleton read_skeleton(const std::string& path);
+
+// The same from bytes already in memory; `path` is for messages.
+ImportedSkeleton read_skeleton(std::string_view bytes, const std::string& path);
 
 // SWC: one sample per node, comments with units and origin; reading it back gives the same branches.
 void write_swc(const Skeleton& skeleton, const std::string& path);

@@ -52,7 +52,9 @@ void check(const Model& model, const Cylinder& cylinder, std::size_t count) {
   for (int i = 0; i < 3; ++i) check_size(axis[i], cylinder.axis[i]);
   // Files keep four decimals or single precision of a unit vector. One of zero length may have no axis.
   const double norm = cylinder.axis.norm();
-  if (cylinder.length > 0 && std::abs(norm - 1) > 0.01) reject("length of the axis", norm, "1");
+  if (cylinder.length > 0 && std::abs(norm - 1) > 0.01) {
+    throw InputError(place(model, cylinder), "length of the axis is " + rounded(norm), "1");
+  }
   if (!(cylinder.parent >= 0 && cylinder.parent <= static_cast<double>(count)) ||
       cylinder.parent != std::floor(cylinder.parent)) {
     reject("parent", cylinder.parent,
