@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include "support.hpp"
 
 namespace tremula {
 namespace {
@@ -153,6 +156,24 @@ TEST(StamTree, HasExactlyAsManyBranchesAsItIsToldWhateverTheNumberAndSeed) {
     }
   }
   EXPECT_EQ(grow(system, {.constants = {{"N", 200000}}}).skeleton.branch_count(), 200000);
+}
+
+TEST(GrowingGuide, ShowsPlantsThatGrow) {
+  std::ifstream file(test::source_folder() / "docs/guide/growing.md");
+  std::stringstream guide;
+  guide << file.rdbuf();
+  const std::string text = guide.str(), fence = "```lsys\n";
+  std::vector<int> branches;
+  for (auto begin = text.find(fence); begin != std::string::npos; begin = text.find(fence, begin)) {
+    begin += fence.size();
+    const std::string example = text.substr(begin, text.find("```", begin) - begin);
+    branches.push_back(grow(parse_lsystem(example, "growing.md")).skeleton.branch_count());
+  }
+  // Six pieces; eight with shoots of 8, 7, ... 1; and the rowan
+  ASSERT_EQ(branches.size(), 3U);
+  EXPECT_EQ(branches[0], 6);
+  EXPECT_EQ(branches[1], 8 + 8 * 9 / 2);
+  EXPECT_GT(branches[2], 80);
 }
 
 }  // namespace
