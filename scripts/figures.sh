@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# Makes the pictures of the documents (docs/figures) and refreshes their transcripts: in fenced blocks, what stands
+# below a line "$ command" becomes what the command prints now.
+# Times that they print are those of this machine: let it do nothing else meanwhile.
+# Usage: scripts/figures.sh [BUILD]   BUILD: build/developer, made by scripts/test.sh
+set -euo pipefail
+export LC_ALL=C
+cd "$(dirname "$0")/.."
+build=$(realpath "${1:-build/developer}")
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+root=$PWD
+tremula() { "$build/bin/tremula" "$@"; }
+
+# One row of a contact sheet, scaled down by the browser.
+row() {  # preset, row of the sheet (0-2), width [pixels], file, options of animate
+  tremula animate "$1" "${@:5}" -o "$work/$1.png" 2> /dev/null
+  local size
+  size=$(od -An -tu4 --endian=big -j16 -N8 "$work/$1.png")  # width and height of a PNG
+  set -- "$1" "$2" "$3" "$4" $size
+  cat > "$work/page.html" << PAGE
+<style>body { margin: 0; overflow: hidden } img { width: $3px; margin-top: -$(($3 * $6 / $5 * $2 / 3))px }</style>
+<img src="$1.png">
+PAGE
+  chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --user-data-dir="$work/chromium" \
+    --window-size="$3,$(($3 * $6 / $5 / 3 - 1))" --screenshot="$root/$4" "file://$work/page.html" > /dev/null 2>&1
+}
+mkdir -p docs/figures
+row sapling 1 1040 docs/figures/sapling.png --wind-speed 6 --period 20 --seed 1
+row oak 0 1040 docs/figures/oak.png --wind-speed 6 --period 20 --seed 1
+
+refresh() {  # document
+  local line command fenced= skipping=
+  while IFS= read -r line; do
+    if [[ $line == '```'* ]]; then
+      if [ -n "$fenced" ]; then fenced=; else fenced=1; fi
+      skipping=
+    elif [[ -n $fenced && $line == '$ '* ]]; then
+      printf '%s\n' "$line"
+      command=${line#'$ '}
+      (cd "$work" && eval "${command/#build\/developer/$build}") < /dev/null
+      skipping=1
+      continue
+    fi
+    [ -n "$skipping" ] || printf '%s\n' "$line"
+  done < "$1" > "$work/document"
+  cmp -s "$work/document" "$1" || cp "$work/document" "$1"
+}
+for document in README.md docs/guide/*.md; do refresh "$document"; done
+ls -l docs/figures/*.png
