@@ -163,6 +163,21 @@ TEST(RenderSurface, LeavesGlowYellowerAgainstTheSun) {
   EXPECT_LT(back.z() / back.y(), front.z() / front.y());
 }
 
+TEST(RenderSurface, ALeafIsLitOnTheSideThatIsSeen) {
+  const Camera camera = frame_extent({-0.1, -1, 0}, {0.1, 1, 2}, 0, 0.1, 1);
+  const auto color = [&](float turn) {  // of a leaf with the sun behind the camera
+    Surface surface;
+    add_rectangle(surface, true, {0, 0, 1}, {0, turn, 0}, {0, 0, 1});
+    const Image image =
+        render(surface, camera, {.width = 60, .height = 60, .sun_azimuth = 0, .sun_elevation = 0.4});
+    const std::uint8_t* pixel = image.pixel(20, 30);
+    return Vector3f(pixel[0], pixel[1], pixel[2]);
+  };
+  const Vector3f upper = color(1), lower = color(-1);
+  EXPECT_GE(lower.z() / lower.y(), upper.z() / upper.y());  // paler: not the yellow of light from behind
+  EXPECT_GT(lower.y(), 0.8F * upper.y());
+}
+
 TEST(RenderSurface, NoTwoLeavesAreQuiteAlike) {
   Skeleton skeleton = test::straight_stem(1, 1, 0.01, 0.01);
   for (int i = 0; i < 2; ++i) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -55,6 +56,20 @@ TEST(MakeFog, HoldsTheProjectedAreaOfTheTriangles) {
   const auto cells =
       std::count_if(fog.extinction.begin(), fog.extinction.end(), [](float e) { return e > 0; });
   EXPECT_GT(cells, large_area / (fog.cell * fog.cell));
+  // … evenly: its middle stays where it was.
+  const FogGrid fine = make_fog(positions, {}, large, low, high, 60);
+  Vector3f sum = Vector3f::Zero();
+  float weight = 0;
+  for (int z = 0; z < fine.size.z(); ++z) {
+    for (int y = 0; y < fine.size.y(); ++y) {
+      for (int x = 0; x < fine.size.x(); ++x) {
+        const float e = fine.extinction[fine.index({x, y, z})];
+        sum += e * (fine.low + fine.cell * (Vector3i(x, y, z).cast<float>() + Vector3f::Constant(0.5F)));
+        weight += e;
+      }
+    }
+  }
+  EXPECT_LT((sum / weight - (positions[0] + positions[1] + positions[2]) / 3).norm(), 0.5F * fine.cell);
 }
 
 TEST(AmbientLight, InEvenLightEverySideGetsPiTimesTheRadiance) {
