@@ -95,14 +95,15 @@ class Grower {
       ++frame.next;
       count_letter(module, frame.step);
 
-      std::array<double, 16> values{};
+      std::array<double, max_parameters> values{};
       const std::size_t count = module.arguments.size();
-      const ExpressionValues names = {constants_,
-                                      {parameters_.data() + frame.first_parameter, frame.parameter_count},
-                                      seed_,
-                                      frame.key,
-                                      frame.alternative,
-                                      turtle_.position().z()};
+      const ExpressionValues names = {
+          .constants = constants_,
+          .parameters = {parameters_.data() + frame.first_parameter, frame.parameter_count},
+          .seed = seed_,
+          .key = frame.key,
+          .statement = frame.alternative,
+          .height = turtle_.position().z()};
       for (std::size_t i = 0; i < count; ++i) values[i] = evaluate(module.arguments[i], names, system_.name);
       const std::span<const double> arguments(values.data(), count);
       if (module.rule < 0 || !rewrite(module, arguments, key, frame.step)) draw(module, arguments);

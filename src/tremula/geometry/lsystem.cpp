@@ -12,7 +12,6 @@ namespace tremula {
 namespace {
 
 constexpr std::size_t max_constants = 1000;
-constexpr std::size_t max_parameters = 16;
 constexpr std::size_t max_alternatives = 0xFFFE;  // their number is part of a random number's address
 
 struct TurtleLetter {

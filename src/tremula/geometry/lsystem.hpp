@@ -14,6 +14,8 @@
 
 namespace tremula {
 
+inline constexpr std::size_t max_parameters = 16;  // of a letter
+
 // What a letter tells the turtle to do; `none` for the letters that a plant file makes up.
 enum class TurtleCommand : std::uint8_t {
   none,
