@@ -11,9 +11,9 @@
 #include <numbers>
 #include <numeric>
 
-#include "trees.hpp"
-#include <Eigen/Geometry>
 #include <gtest/gtest.h>
+#include <Eigen/Geometry>
+#include "trees.hpp"
 
 namespace tremula {
 namespace {
@@ -135,10 +135,26 @@ TEST(SplitIntoAxes, NoAxisTurnsBackOnItself) {
   EXPECT_EQ(split_into_axes(skeleton), (std::vector<std::vector<int>>{{0}, {1}}));
 }
 
-TEST(SplitIntoAxes, AChildOnARigidArmStartsItsOwnAxis) {
+TEST(SplitIntoAxes, CylindersThatMissEachOtherBesideTheStemAreOneAxis) {
   Skeleton skeleton = polyline({{0, 0, 0}, {0, 0, 1}}, 0.1);
-  skeleton.branches.push_back(make_branch(1, {0, 0.3, 1}, {0, 0.3, 2}, 0.1, 0.1));
-  EXPECT_EQ(split_into_axes(skeleton), (std::vector<std::vector<int>>{{0}, {1}}));
+  skeleton.branches.push_back(make_branch(1, {0, 0.2, 1}, {0, 0.3, 2}, 0.1, 0.1));
+  EXPECT_EQ(split_into_axes(skeleton), (std::vector<std::vector<int>>{{0, 1}}));
+}
+
+TEST(SplitIntoAxes, OnARigidArmOneThatTurnsAwayOrStartsFarOffIsAnAxisOfItsOwn) {
+  Skeleton turns = polyline({{0, 0, 0}, {0, 0, 1}}, 0.1);
+  turns.branches.push_back(make_branch(1, {0, 0.2, 1}, {0, 1.2, 1}, 0.1, 0.1));
+  EXPECT_EQ(split_into_axes(turns), (std::vector<std::vector<int>>{{0}, {1}}));
+  Skeleton far = polyline({{0, 0, 0}, {0, 0, 1}}, 0.1);
+  far.branches.push_back(make_branch(1, {0, 1, 1}, {0, 1, 2}, 0.1, 0.1));
+  EXPECT_EQ(split_into_axes(far), (std::vector<std::vector<int>>{{0}, {1}}));
+}
+
+TEST(SplitIntoAxes, OfTwoEqualChildrenTheOneWithoutAGapContinues) {
+  Skeleton skeleton = polyline({{0, 0, 0}, {0, 0, 1}}, 0.1);
+  skeleton.branches.push_back(make_branch(1, {0, 0.15, 1}, {0, 0.15, 2}, 0.1, 0.1));
+  skeleton.branches.push_back(make_branch(1, {0, 0, 1}, {0, 0, 2}, 0.1, 0.1));
+  EXPECT_EQ(split_into_axes(skeleton), (std::vector<std::vector<int>>{{0, 2}, {1}}));
 }
 
 TEST(MeshSurface, VolumeAndAreaOfAStemAreThoseOfAPrismWithAPyramid) {

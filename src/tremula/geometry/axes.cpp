@@ -41,11 +41,15 @@ std::vector<int> branch_continuations(const Skeleton& skeleton) {
     if (below < 0) continue;
     const auto p = static_cast<std::size_t>(below);
     const Branch& branch = skeleton.branches[k];
+    const Branch& lower = skeleton.branches[p];
     const double straightness = directions[p].dot(directions[k]);
-    // No tube bends by more than 120 degrees, and none jumps out of the branch below it.
-    const double gap = (branch.start - skeleton.branches[p].end).norm();
-    if (straightness < -0.5 || gap > skeleton.branches[p].end_radius) continue;
-    const double score = branch.start_radius * (1.2 + straightness) * std::pow(reach[k], 0.25);
+    // No tube bends by more than 120 degrees. The cylinders of a scanned stem often miss each other by more
+    // than their radius: that is no gap in the stem as long as they run on in much the same direction.
+    const double gap = (branch.start - lower.end).norm();
+    const double reachable = lower.end_radius + 0.3 * (lower.length() + branch.length());
+    if (straightness < -0.5 || (gap > lower.end_radius && (straightness < 0.5 || gap > reachable))) continue;
+    const double score =
+        branch.start_radius * (1.2 + straightness) * std::pow(reach[k], 0.25) / (1 + gap / lower.end_radius);
     if (score > best[p]) {
       best[p] = score;
       continuation[p] = static_cast<int>(k);
