@@ -29,7 +29,7 @@ double squared_distance_by_sampling(const Vec3& point, const NearestBranch::Segm
 }
 
 TEST(NearestBranch, FindsWhatTryingAllFindsWhileTheTreeGrows) {
-  constexpr int count = 300;
+  constexpr int count = 100;
   std::vector<NearestBranch::Segment> segments;
   for (std::uint64_t k = 0; k < count; ++k) {
     const Vec3 start = point_at(k, 0);
@@ -39,7 +39,7 @@ TEST(NearestBranch, FindsWhatTryingAllFindsWhileTheTreeGrows) {
   NearestBranch search(segments);
   std::size_t visited = 0;
   EXPECT_EQ(search.nearest(Vec3::Zero(), visited).segment, -1);
-  constexpr int steps = 200;
+  constexpr int steps = 100;
   const double error = std::pow(0.3 * std::sqrt(0.75) / steps, 2) / 4;
   for (int included = 1; included <= count; ++included) {
     search.include((included * 7) % count);

@@ -132,25 +132,26 @@ TEST(ReadSkeleton, SaysTheSameThingTwice) {
   }
 }
 
-// Loose pieces and children of one hub are where a careless reader becomes quadratic: these take it hours.
-TEST(ReadSkeleton, StaysFastOnAHundredThousandLoosePiecesAndOnAHub) {
-  const TemporaryFolder folder;
+// Loose pieces and children of one hub are where a careless reader becomes quadratic.
+TEST(ReadSkeleton, JoinsAHundredThousandLoosePiecesInSeconds) {
+#ifdef NDEBUG
+  constexpr std::size_t count = 100000;
+#else
+  constexpr std::size_t count = 5000;  // the sanitizers alone make it fifty times slower
+#endif
   std::ostringstream loose, hub;
-  for (std::uint64_t k = 0; k < 100000; ++k) {
+  for (std::uint64_t k = 0; k < count; ++k) {
     const auto draw = [&](std::uint32_t what) { return uniform({1, RandomStream::test, what, k}); };
     loose << "0.01\t0.1\t" << 10 * draw(0) << '\t' << 10 * draw(1) << '\t' << 10 * draw(2)
           << "\t0\t0\t1\t0\t0\t1\t0\t1\t0\t1\n";
     hub << k + 1 << " 3 " << draw(0) << ' ' << draw(1) << ' ' << 1 + draw(2) << " 0.01 " << (k == 0 ? -1 : 1)
         << '\n';
   }
-  test::write_text(folder / "loose", loose.str());
-  test::write_text(folder / "hub", hub.str());
   const auto before = std::chrono::steady_clock::now();
-  const ImportedSkeleton joined = read_skeleton(folder / "loose");
-  EXPECT_EQ(test::count_of(joined, "joined_to_nearest"), 99999u);
-  EXPECT_EQ(read_skeleton(folder / "hub").skeleton.branch_count(), 99999);
-  EXPECT_LT(std::chrono::steady_clock::now() - before,
-            std::chrono::seconds(120));  // one second, with room to spare
+  EXPECT_EQ(test::count_of(read_skeleton(loose.str(), "loose"), "joined_to_nearest"), count - 1);
+  EXPECT_EQ(read_skeleton(hub.str(), "hub").skeleton.branches.size(), count - 1);
+  // Takes one second; trying every branch for every loose piece takes a hundred times that.
+  EXPECT_LT(std::chrono::steady_clock::now() - before, std::chrono::seconds(30));
 }
 
 }  // namespace
