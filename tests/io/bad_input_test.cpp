@@ -394,6 +394,14 @@ TEST(MatFile, IsRejectedWhereItsCountsAreImpossible) {
             "tree.mat: QSM: field names of length 0, wanted at least 1");
 }
 
+TEST(MatFile, IsRejectedInOneLineWhateverItsVariableIsCalled) {
+  std::string bytes = bytes_of_small_model(false);
+  ASSERT_EQ(bytes.substr(172, 3), "QSM");
+  bytes.replace(172, 3, "\n\xFF\"");
+  EXPECT_EQ(complaint_about_bytes(with_word(bytes, 180, 0)),
+            "tree.mat: ??\": field names of length 0, wanted at least 1");
+}
+
 TEST(MatFile, IsRejectedWhereItClaimsMoreCylindersThanItsBytesHold) {
   // 3 x 1 numbers become 4 x 1 in every field, the bytes stay.
   std::string bytes = bytes_of_small_model(false);

@@ -99,7 +99,7 @@ void note_others(std::vector<Repair>& repairs, const MatlabArray& models) {
   if (models.size() <= 1) return;
   repairs.push_back(
       {"first_of_several", models.size() - 1,
-       "the first of " + std::to_string(models.size()) + " models in " + models.name + " read"});
+       "the first of " + std::to_string(models.size()) + " models in " + shown(models.name) + " read"});
 }
 
 Arrays find_arrays(const MatlabFile& file, std::vector<Repair>& repairs) {
@@ -110,7 +110,7 @@ Arrays find_arrays(const MatlabFile& file, std::vector<Repair>& repairs) {
   for (const MatlabArray& variable : file.variables) candidates.push_back(&variable);
   for (const MatlabArray* variable : candidates) {
     if (!variable->is_struct()) continue;
-    const std::string where = file.path + ": " + variable->name;
+    const std::string where = file.path + ": " + shown(variable->name);
     const std::optional<MatlabArray> cylinder = find_field(*variable, "cylinder", where);
     if (!cylinder) continue;
     note_others(repairs, *variable);
