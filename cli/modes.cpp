@@ -15,6 +15,7 @@ namespace {
 struct ModesCommand {
   std::string input, format = "table", output;
   int count = 40;
+  std::optional<double> up_to;
   double tolerance = 1e-12;
   std::string method = "automatic";
   StructureFlags structure;
@@ -62,7 +63,8 @@ std::string as_json(const Plant& plant, const StructureOptions& structure, const
                      {"dof", 6 * branches},
                      {"structure", describe(structure)},
                      {"modes", list},
-                     {"count_found", modes.count()},
+                     {"count_found", modes.count_below},
+                     {"count_by_inertia", modes.count_by_inertia},
                      {"operator_count", modes.operator_count},
                      {"repairs", describe(plant)["repairs"]},
                      {"seconds", {{"setup", setup}, {"solve", solve}}},
@@ -85,7 +87,9 @@ void ModesCommand::run() const {
     const auto start = std::chrono::steady_clock::now();
     const Structure assembled = assemble(plant.imported.skeleton, options);
     const double setup = seconds_since(start);
-    const Modes modes = solve_modes(assembled, {.count = count, .method = chosen, .tolerance = tolerance});
+    const ModeOptions mode_options{.count = count, .method = chosen, .tolerance = tolerance};
+    const Modes modes =
+        up_to ? solve_modes_up_to(assembled, *up_to, mode_options) : solve_modes(assembled, mode_options);
     const double solve = seconds_since(start) - setup;
     const std::string text = format == "json"  ? as_json(plant, options, modes, setup, solve)
                              : format == "csv" ? as_csv(modes)
@@ -108,12 +112,14 @@ void add_modes(CLI::App& app) {
                  "(.lsys) or the name of a preset")
       ->required();
   sub.add_option("--count", command->count, "How many of the lowest modes; -1: all")->capture_default_str();
+  sub.add_option("--up-to", command->up_to,
+                 "All modes below this frequency [Hz], instead of a number of modes");
   sub.add_option("--format", command->format, "table, json or csv")
       ->check(CLI::IsMember({"table", "json", "csv"}))
       ->capture_default_str();
   sub.add_option("-o,--output", command->output, "File to write instead of standard output");
   sub.add_option("--tolerance", command->tolerance, "Relative residual at which an iterated mode is done")
-      ->check(CLI::Range(1e-15, 1e-3))
+      ->check(CLI::Range(1e-14, 1e-6))
       ->capture_default_str();
   sub.add_option("--method", command->method,
                  "automatic, dense (all modes at once) or iterative (the lowest)")

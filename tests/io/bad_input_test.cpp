@@ -402,13 +402,16 @@ TEST(MatFile, IsRejectedInOneLineWhateverItsVariableIsCalled) {
             "tree.mat: ??\": field names of length 0, wanted at least 1");
 }
 
-TEST(MatFile, IsRejectedWhereItClaimsMoreCylindersThanItsBytesHold) {
-  // 3 x 1 numbers become 4 x 1 in every field, the bytes stay.
-  std::string bytes = bytes_of_small_model(false);
+TEST(MatFile, IsRejectedWhereItsBytesHoldMoreOrFewerCylindersThanItClaims) {
+  // 3 x 1 numbers become 4 x 1, or 2 x 1, in every field; the bytes stay.
   const std::string three_by_one("\5\0\0\0\10\0\0\0\3\0\0\0\1\0\0\0", 16);
-  for (std::size_t at = 0; (at = bytes.find(three_by_one, at)) != std::string::npos; ++at) bytes[at + 8] = 4;
-  EXPECT_EQ(complaint_about_bytes(bytes),
-            "tree.mat: QSM.cylinder.radius: 24 bytes of numbers, wanted 32 by its dimensions");
+  for (const char claimed : {4, 2}) {
+    std::string bytes = bytes_of_small_model(false);
+    for (std::size_t at = 0; (at = bytes.find(three_by_one, at)) != std::string::npos; ++at)
+      bytes[at + 8] = claimed;
+    EXPECT_EQ(complaint_about_bytes(bytes), "tree.mat: QSM.cylinder.radius: 24 bytes of numbers, wanted " +
+                                                std::to_string(8 * claimed) + " by its dimensions");
+  }
 }
 
 TEST(MatFile, IsRejectedWhereItClaimsMoreCylindersThanAnyoneReads) {

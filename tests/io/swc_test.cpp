@@ -182,6 +182,14 @@ TEST(ReadSwc, TakesWholeNumbersHoweverTheyAreWritten) {
   EXPECT_EQ(imported.skeleton.branches[0].end_radius, 0.25);
 }
 
+TEST(ReadSwc, FindsParentsAmongIdsWithGaps) {
+  const ImportedSkeleton imported =
+      read_text("1 1 0 0 0 1 -1\n2 3 0 0 2 1 1\n4 3 0 0 3 1 2\n5 3 1 0 3 1 2\n7 3 0 0 4 1 4\n");
+  ASSERT_EQ(imported.skeleton.branch_count(), 4);
+  EXPECT_EQ(imported.skeleton.branches[3].start, Vec3(0, 0, 3));
+  EXPECT_EQ(imported.skeleton.branches[3].start_node, imported.skeleton.end_node(1));
+}
+
 TEST(ReadSwc, KeepsRootsNearTheGroundAndJoinsHigherOnes) {
   // Three stems 10 m high; 5 % of that is the limit.
   const std::string tuft =

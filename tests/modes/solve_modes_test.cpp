@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Spectra/SymEigsSolver.h>
+#include <tbb/global_control.h>
+
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -17,6 +21,7 @@
 #include "support.hpp"
 #include "trees.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/modes/inertia.hpp"
 
 namespace tremula {
 namespace {
@@ -319,6 +324,145 @@ TEST(SolveModes, RefusesCountsThatTheStructureDoesNotHave) {
   }
   EXPECT_EQ(solve_modes(structure, {.count = 12}).count(), 12);
   EXPECT_EQ(solve_modes(structure, {.count = all_modes}).count(), 12);
+}
+
+// The second method: Spectra's Lanczos on the same operator.
+struct SpectraOperator {
+  using Scalar = double;
+  const Structure& structure;
+  Eigen::Index rows() const { return structure.size(); }
+  Eigen::Index cols() const { return structure.size(); }
+  void perform_op(const double* in, double* out) const {
+    Eigen::VectorXd::Map(out, rows()) = apply_compliance_form(structure, Eigen::VectorXd::Map(in, rows()));
+  }
+};
+
+Eigen::VectorXd spectra_omega(const Structure& structure, int count, int basis) {
+  SpectraOperator form{structure};
+  Spectra::SymEigsSolver<SpectraOperator> solver(form, count, basis);
+  solver.init();
+  EXPECT_EQ(solver.compute(Spectra::SortRule::LargestAlge, 1000, 1e-13), count);
+  return solver.eigenvalues().cwiseSqrt().cwiseInverse();
+}
+
+TEST(SolveModes, AgreeWithSpectraOnTheSameOperator) {
+  for (const char* material : {"green-wood", "paper"}) {
+    const Structure structure = assemble(test::random_tree(300, 12), {.material = find_material(material)});
+    const Eigen::VectorXd wanted = spectra_omega(structure, 25, 80);
+    const Modes modes = solve_modes(structure, {.count = 25, .method = ModeMethod::iterative});
+    for (int r = 0; r < 25; ++r)
+      EXPECT_NEAR(modes.omega()[r] / wanted[r], 1, 1e-12) << material << ", mode " << r;
+  }
+}
+
+// Every branch carries three like it, turned by a third: clusters of modes that differ by parts in a million.
+Skeleton threefold_tree(int levels) {
+  Skeleton skeleton;
+  skeleton.roots.push_back(Vec3::Zero());
+  struct Tip {
+    int node;
+    Vec3 direction;
+    double length, radius;
+  };
+  skeleton.branches.push_back(test::make_branch(0, Vec3::Zero(), 2 * Vec3::UnitZ(), 0.06, 0.06));
+  std::vector<Tip> tips{{1, Vec3::UnitZ(), 2, 0.06}};
+  for (int level = 1; level < levels; ++level) {
+    std::vector<Tip> next;
+    for (const Tip& tip : tips) {
+      const Vec3 side = std::abs(tip.direction.z()) > 0.999
+                            ? Vec3::UnitX()
+                            : Vec3(Vec3::UnitZ().cross(tip.direction).normalized());
+      for (int third = 0; third < 3; ++third) {
+        const Vec3 axis = Eigen::AngleAxisd(2 * pi * third / 3, tip.direction) * side;
+        const Vec3 direction = Eigen::AngleAxisd(0.6, axis) * tip.direction;
+        const double length = 0.75 * tip.length, radius = 0.58 * tip.radius;
+        const Vec3 start = skeleton.node_position(tip.node);
+        skeleton.branches.push_back(
+            test::make_branch(tip.node, start, start + length * direction, radius, radius));
+        next.push_back({skeleton.branch_count(), direction, length, radius});
+      }
+    }
+    tips = std::move(next);
+  }
+  return skeleton;
+}
+
+TEST(SolveModes, MissNoneOfAPerfectlyThreefoldTreeAtAnyTolerance) {
+  const Skeleton skeleton = threefold_tree(6);
+  ASSERT_EQ(skeleton.branch_count(), 364);
+  const Structure structure = assemble(skeleton, {.material = wood});
+  const Eigen::VectorXd all = spectra_omega(structure, 60, 300);
+  int last = 40;  // of a whole number of clusters: the one before the widest gap
+  for (int r = 40; r + 1 < 60; ++r) {
+    if (all[r + 1] / all[r] > all[last + 1] / all[last]) last = r;
+  }
+  ASSERT_EQ(count_modes_below(structure, std::sqrt(all[last] * all[last + 1])), last + 1)
+      << "the reference itself has lost modes";
+  for (const double tolerance : {1e-6, 1e-9, 1e-12}) {
+    for (const int count : {20, 40}) {
+      const Modes modes =
+          solve_modes(structure, {.count = count, .method = ModeMethod::iterative, .tolerance = tolerance});
+      for (int r = 0; r < count; ++r) {
+        EXPECT_NEAR(modes.omega()[r] / all[r], 1, std::max(1e-11, tolerance))
+            << "mode " << r << " at " << tolerance;
+      }
+      EXPECT_EQ(modes.count_by_inertia, modes.count_below) << tolerance;
+    }
+  }
+}
+
+TEST(SolveModes, OfTwoIdenticalTreesOnOneRootAllComeTwice) {
+  Skeleton skeleton = test::random_tree(120, 9);
+  const Modes one = solve_modes(assemble(skeleton, {.material = wood}), {.count = 15});
+  const int count = skeleton.branch_count();
+  for (int k = 0; k < count; ++k) {
+    Branch copy = skeleton.branches[static_cast<std::size_t>(k)];
+    if (copy.start_node > 0) copy.start_node += count;
+    skeleton.branches.push_back(copy);
+  }
+  const Modes two =
+      solve_modes(assemble(skeleton, {.material = wood}), {.count = 30, .method = ModeMethod::iterative});
+  for (int r = 0; r < 30; ++r) EXPECT_NEAR(two.frequency[r] / one.frequency[r / 2], 1, 1e-12) << "mode " << r;
+  EXPECT_EQ(two.count_below, 30);
+  EXPECT_EQ(two.count_by_inertia, 30);
+}
+
+TEST(SolveModes, OfALongStraightStemBendingComesInPairs) {
+  const Structure structure = assemble(test::straight_stem(200, 6, 0.05, 0.01), {.material = wood});
+  const Modes modes = solve_modes(structure, {.count = 20, .method = ModeMethod::iterative});
+  for (int r = 0; r < 14; r += 2)
+    EXPECT_NEAR(modes.frequency[r] / modes.frequency[r + 1], 1, 1e-12) << "mode " << r;
+  EXPECT_EQ(modes.count_by_inertia, modes.count_below);
+}
+
+TEST(SolveModes, CountAsManyBelowTheLastAsTheInertiaSays) {
+  const Structure structure = assemble(test::random_tree(400, 21), {.material = find_material("paper")});
+  for (const int count : {1, 7, 40}) {
+    const Modes modes = solve_modes(structure, {.count = count, .method = ModeMethod::iterative});
+    EXPECT_EQ(modes.count_below, count);
+    EXPECT_EQ(modes.count_by_inertia, count);
+  }
+}
+
+TEST(SolveModesUpTo, FindsEveryModeBelowTheFrequencyAndNoneAbove) {
+  const Structure structure = assemble(test::random_tree(200, 30), {.material = wood});
+  const Modes first = solve_modes(structure, {.count = 30});
+  const double between = 0.5 * (first.frequency[22] + first.frequency[23]);
+  EXPECT_EQ(solve_modes_up_to(structure, between).count(), 23);
+  EXPECT_THROW(solve_modes_up_to(structure, 0.5 * first.frequency[0]), InputError);
+  for (const double bad : {0.0, -1.0, static_cast<double>(NAN)}) {
+    EXPECT_THROW(solve_modes_up_to(structure, bad), InputError);
+  }
+}
+
+TEST(SolveModes, AreTheSameBytesOnAnyNumberOfThreads) {
+  const Structure structure = assemble(test::random_tree(11000, 1), {.material = wood});
+  Eigen::MatrixXd shapes[2];
+  for (const std::size_t threads : {std::size_t{1}, std::size_t{2}}) {
+    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+    shapes[threads - 1] = solve_modes(structure, {.count = 4}).shapes;
+  }
+  EXPECT_TRUE(shapes[0] == shapes[1]);
 }
 
 }  // namespace

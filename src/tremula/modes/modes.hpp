@@ -17,6 +17,8 @@ struct Modes {
   Eigen::VectorXd residual;     // (m) |A s - s/omega^2| omega^2 of the unit vector s, compliance form [-]
   Eigen::VectorXd error_bound;  // (m) bound of the relative error of the frequency [-]
   int operator_count = 0;       // how often the compliance operator was applied
+  int count_below = 0;       // modes found below a frequency just above the last (its duplicates count too)
+  int count_by_inertia = 0;  // modes there are below it, by the inertia of K - omega^2 M
 
   int count() const { return static_cast<int>(frequency.size()); }
   Eigen::VectorXd omega() const { return frequency * 6.283185307179586476925; }  // [rad/s]

@@ -1,6 +1,8 @@
 // The eigenproblem K q = omega^2 M q of a structure (S section 3).
 #pragma once
 
+#include <functional>
+
 #include "tremula/modes/modes.hpp"
 #include "tremula/structure/structure.hpp"
 
@@ -15,12 +17,18 @@ enum class ModeMethod {
 struct ModeOptions {
   int count = 40;  // how many of the lowest modes, 1 … 6N; `all_modes` for every one
   ModeMethod method = ModeMethod::automatic;
-  double tolerance = 1e-12;  // of the iterative method: relative residual of omega^-2
+  double tolerance = 1e-12;  // of the iterative method: relative residual of omega^-2; at most 1e-6
+  std::function<void(double done)> progress = {};  // 0 … 1; throw to cancel
 };
 inline constexpr int all_modes = -1;
 
-// Throws InputError when count is 0, below 0 (but for all_modes) or larger than 6N, Error when the iteration
-// does not converge.
+// The lowest modes, none missing: their number is checked against count_modes_below (inertia.hpp), and the
+// search goes on until both agree. Throws InputError when count is 0, below 0 (but for all_modes) or larger
+// than 6N, Error when the iteration does not converge or the counts cannot be made to agree.
 Modes solve_modes(const Structure& structure, const ModeOptions& options = {});
+
+// All modes below a frequency [Hz] > 0: as many as count_modes_below says. Throws InputError where there is
+// none.
+Modes solve_modes_up_to(const Structure& structure, double frequency, const ModeOptions& options = {});
 
 }  // namespace tremula

@@ -15,6 +15,7 @@ enum class RandomStream : std::uint32_t {
   wind_w = 3,
   growth = 4,
   leaves = 5,
+  lanczos_start = 6,
   test = 1000,
 };
 
