@@ -40,7 +40,7 @@ RawTree raw_tree(const std::vector<Piece>& pieces) {
 }
 
 ImportedSkeleton mend(RawTree tree) {
-  return repair(std::move(tree), "test", RootRule::lowest, CarrierRule::nearer_end);
+  return repair(std::move(tree), "test", RootRule::base, CarrierRule::nearer_end);
 }
 
 std::string complaint_about(RawTree tree) {
@@ -143,6 +143,17 @@ TEST(Repair, TakesTheLowestStartForTheBase) {
   EXPECT_EQ(imported.skeleton.branches[1].start_node, 1);
 }
 
+TEST(Repair, DoesNotTakeALowTwigForTheBase) {
+  // Below the foot of the trunk, with 5 % of its wood, and then with 20 %.
+  for (const double length : {0.05, 0.2}) {
+    const ImportedSkeleton imported =
+        mend(raw_tree({{{0, 0, 0}, {0, 0, 4}, -1}, {{0.5, 0, -0.3}, {0.5 + length, 0, -0.3}, -1}}));
+    EXPECT_EQ(imported.skeleton.roots,
+              (std::vector<Vec3>{length < 0.1 ? Vec3(0, 0, 0) : Vec3(0.5, 0, -0.3)}));
+    EXPECT_EQ(count_of(imported, "joined_to_nearest"), 1u);
+  }
+}
+
 TEST(Repair, JoinsABrokenLimbPieceByPieceFromTheTreeOutwards) {
   // The limb hangs down, so that its outermost piece is the lowest; the pieces lie 0.1 apart, in reverse
   // order.
@@ -173,12 +184,23 @@ TEST(Repair, JoinsLikeTryingEveryBranchDoes) {
     for (std::size_t k = 0; k < pieces.size(); ++k) {
       top[k] = pieces[k].parent < 0 ? static_cast<int>(k) : top[std::size_t(pieces[k].parent)];
     }
+    std::vector<double> wood(pieces.size(), 0);
+    for (std::size_t k = 0; k < pieces.size(); ++k) {
+      wood[std::size_t(top[k])] +=
+          (pieces[k].end - pieces[k].start).norm() * std::pow(static_cast<double>(k + 1), 2);
+    }
+    int base = -1;
+    for (int k = 0; k < static_cast<int>(pieces.size()); ++k) {
+      if (wood[std::size_t(k)] < 0.1 * *std::max_element(wood.begin(), wood.end())) continue;
+      if (base < 0 || pieces[std::size_t(k)].start.z() < pieces[std::size_t(base)].start.z()) base = k;
+    }
+    EXPECT_EQ(skeleton.roots, (std::vector<Vec3>{pieces[std::size_t(base)].start}));
     const auto distance = [&](const Vec3& p, std::size_t k) {
       const Vec3 along = pieces[k].end - pieces[k].start;
       const double s = std::clamp((p - pieces[k].start).dot(along) / along.squaredNorm(), 0.0, 1.0);
       return (p - pieces[k].start - s * along).norm();
     };
-    std::set<int> connected{0};
+    std::set<int> connected{base};
     const auto nearest = [&](int loose) {
       std::pair<double, std::size_t> best{HUGE_VAL, 0};
       for (std::size_t k = 0; k < pieces.size(); ++k) {
@@ -188,8 +210,8 @@ TEST(Repair, JoinsLikeTryingEveryBranchDoes) {
       return best;
     };
     std::vector<std::pair<double, int>> order;
-    for (std::size_t k = 1; k < pieces.size(); ++k) {
-      if (pieces[k].parent < 0) order.emplace_back(nearest(static_cast<int>(k)).first, static_cast<int>(k));
+    for (int k = 0; k < static_cast<int>(pieces.size()); ++k) {
+      if (pieces[std::size_t(k)].parent < 0 && k != base) order.emplace_back(nearest(k).first, k);
     }
     std::sort(order.begin(), order.end());
     EXPECT_EQ(count_of(imported, "joined_to_nearest"), order.size());
@@ -344,6 +366,19 @@ TEST(Repair, RejectsWhatCannotBeAPlant) {
             "tree: the whole plant measures 0 m, wanted at least 1e-06 m");
   EXPECT_EQ(complaint_about(raw_tree({{{0, 0, 0}, {0, 0, 0}, -1}, {{1, 0, 0}, {1, 0, 0}, -1}})),
             "tree: every branch has zero length, wanted at least one with a length");
+}
+
+TEST(Repair, RejectsPiecesTooEntangledToJoin) {
+  std::vector<Piece> pieces = random_pieces(100, 1, 0);
+  for (std::size_t k = 1; k < pieces.size(); k += 2) pieces[k].parent = -1;
+  const auto complaint_within = [&](std::size_t visits) {
+    return test::complaint_of(
+        [&] { repair(raw_tree(pieces), "test", RootRule::base, CarrierRule::end, visits); });
+  };
+  EXPECT_EQ(complaint_within(100000), "");
+  EXPECT_EQ(
+      complaint_within(50),
+      "tree: 50 pieces without parent lie entangled, wanted a file in which most branches have a parent");
 }
 
 TEST(Repair, NamesTheCircleThatParentsGoRoundIn) {

@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <utility>
 
 namespace tremula {
@@ -18,8 +19,8 @@ namespace {
 constexpr double same_place = 1e-9;
 // Roots up to this share of the plant's height above the lowest are in the ground.
 constexpr double near_the_ground = 0.05;
-// Boxes looked at before joining gives up: seconds of work, and hundreds of times what real scans need.
-constexpr std::size_t most_visits = 1'000'000'000;
+// A piece with at least this share of the wood of the largest piece may be the base of the plant.
+constexpr double substantial = 0.1;
 
 std::string place(const RawTree& tree, int branch) {
   const std::string number = std::to_string(tree.branches[branch].place);
@@ -165,21 +166,64 @@ Standing stand_for(const RawTree& tree, const std::vector<int>& order, double to
   return standing;
 }
 
-// Joins every branch that grows from a loose root to the nearest branch of the tree, starting with the loose
-// piece nearest to it. Returns for each root the branch its piece was joined to, or -1.
-std::vector<int> join_loose_pieces(const RawTree& tree, const std::vector<int>& kept,
-                                   const Standing& standing, const std::vector<char>& clamped) {
-  std::vector<int> joined_to(tree.roots.size(), -1);
-  // The branches of each root's piece, as one list sorted by root.
+// The branches that stand on each root, parents first.
+using Pieces = std::vector<std::vector<int>>;
+
+Pieces pieces_by_root(const RawTree& tree, const std::vector<int>& kept, const Standing& standing) {
+  Pieces pieces(tree.roots.size());
   std::vector<int> root_of(tree.branches.size(), -1);
-  std::vector<std::vector<int>> piece(tree.roots.size());
   for (const int k : kept) {
     root_of[k] = standing.parent[k] < 0 ? standing.root[k] : root_of[standing.parent[k]];
-    piece[root_of[k]].push_back(k);
+    pieces[root_of[k]].push_back(k);
   }
+  return pieces;
+}
+
+double wood_volume(const RawTree& tree, const std::vector<int>& piece) {
+  double volume = 0;
+  for (const int k : piece) {
+    const RawBranch& branch = tree.branches[k];
+    const double a = branch.start_radius, b = branch.end_radius;
+    volume += std::numbers::pi / 3 * (branch.end - branch.start).norm() * (a * a + a * b + b * b);
+  }
+  return volume;
+}
+
+// The lowest root that carries a substantial piece: a stray twig that hangs below the foot of the trunk is no
+// base.
+int find_base(const RawTree& tree, const Pieces& pieces) {
+  std::vector<double> volume;
+  for (const std::vector<int>& piece : pieces) volume.push_back(wood_volume(tree, piece));
+  const double enough = substantial * *std::max_element(volume.begin(), volume.end());
+  int base = -1;
+  for (int r = 0; r < static_cast<int>(pieces.size()); ++r) {
+    if (volume[r] < enough || pieces[r].empty()) continue;
+    if (base < 0 || tree.roots[r].z() < tree.roots[base].z()) base = r;
+  }
+  return base;
+}
+
+// For each root whether it is clamped; none that carries nothing is.
+std::vector<char> clamped_roots(const RawTree& tree, const Pieces& pieces, int base, const Extent& box,
+                                RootRule rule) {
+  const double ground = tree.roots[base].z() + near_the_ground * (box.high.z() - box.low.z());
+  std::vector<char> clamped(tree.roots.size(), 0);
+  for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
+    if (pieces[r].empty()) continue;
+    clamped[r] = r == base || rule == RootRule::all ||
+                 (rule == RootRule::near_the_ground && tree.roots[r].z() <= ground);
+  }
+  return clamped;
+}
+
+// Joins every piece on a root that is not clamped to the nearest branch of the tree, starting with the piece
+// nearest to it. Returns for each root the branch its piece was joined to, or -1.
+std::vector<int> join_loose_pieces(const RawTree& tree, const Pieces& pieces,
+                                   const std::vector<char>& clamped, std::size_t most_visits) {
+  std::vector<int> joined_to(tree.roots.size(), -1);
   std::vector<int> loose;
   for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
-    if (!clamped[r] && !piece[r].empty()) loose.push_back(r);
+    if (!clamped[r] && !pieces[r].empty()) loose.push_back(r);
   }
   if (loose.empty()) return joined_to;
 
@@ -187,8 +231,11 @@ std::vector<int> join_loose_pieces(const RawTree& tree, const std::vector<int>& 
   segments.reserve(tree.branches.size());
   for (const RawBranch& branch : tree.branches) segments.push_back({branch.start, branch.end});
   NearestBranch search(std::move(segments));
-  for (const int k : kept) {
-    if (clamped[root_of[k]]) search.include(k);
+  const auto include = [&](int root) {
+    for (const int k : pieces[root]) search.include(k);
+  };
+  for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
+    if (clamped[r]) include(r);
   }
 
   std::size_t visited = 0;
@@ -204,37 +251,15 @@ std::vector<int> join_loose_pieces(const RawTree& tree, const std::vector<int>& 
   std::sort(by_distance.begin(), by_distance.end());
   for (const auto& [distance, r] : by_distance) {
     joined_to[r] = nearest(r).segment;
-    for (const int k : piece[r]) search.include(k);
+    include(r);
   }
   return joined_to;
 }
 
-std::vector<char> clamped_roots(const RawTree& tree, const std::vector<int>& kept, const Standing& standing,
-                                const Extent& box, RootRule rule) {
-  std::vector<char> clamped(tree.roots.size(), 0);
-  int lowest = -1;
-  for (const int k : kept) {
-    if (standing.parent[k] >= 0) continue;
-    const int r = standing.root[k];
-    clamped[r] = 1;
-    if (lowest < 0 || std::pair(tree.roots[r].z(), r) < std::pair(tree.roots[lowest].z(), lowest)) lowest = r;
-  }
-  const double ground = tree.roots[lowest].z() + near_the_ground * (box.high.z() - box.low.z());
-  for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
-    if (rule == RootRule::lowest && r != lowest) clamped[r] = 0;
-    if (rule == RootRule::near_the_ground && tree.roots[r].z() > ground) clamped[r] = 0;
-  }
-  return clamped;
-}
-
-// Moves everything so that the lowest clamped root comes to the origin, where the file is really off centre:
-// the root further from the origin than the plant is large.
-void recentre(RawTree& tree, const std::vector<char>& clamped, const Extent& box) {
-  const Vec3* base = nullptr;
-  for (std::size_t r = 0; r < tree.roots.size(); ++r) {
-    if (clamped[r] && (base == nullptr || tree.roots[r].z() < base->z())) base = &tree.roots[r];
-  }
-  const Vec3 shift = *base;
+// Moves everything so that the base comes to the origin, where the file is really off centre: the base
+// further from the origin than the plant is large.
+void recentre(RawTree& tree, int base, const Extent& box) {
+  const Vec3 shift = tree.roots[base];
   if (shift.norm() <= (box.high - box.low).maxCoeff()) return;
   for (Vec3& root : tree.roots) root -= shift;
   for (RawBranch& branch : tree.branches) {
@@ -254,7 +279,8 @@ void recentre(RawTree& tree, const std::vector<char>& clamped, const Extent& box
 
 }  // namespace
 
-ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_rule, CarrierRule carrier) {
+ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_rule, CarrierRule carrier,
+                        std::size_t most_visits) {
   if (tree.branches.empty()) throw InputError(tree.path, "no branch", "at least one");
 
   // Parents before children.
@@ -287,9 +313,11 @@ ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_r
   check_resolution(tree, box);
 
   // Which roots are clamped, and what happens to the pieces on the others.
-  const std::vector<char> clamped = clamped_roots(tree, kept, standing, box, root_rule);
-  recentre(tree, clamped, box);
-  const std::vector<int> joined_to = join_loose_pieces(tree, kept, standing, clamped);
+  const Pieces pieces = pieces_by_root(tree, kept, standing);
+  const int base = find_base(tree, pieces);
+  const std::vector<char> clamped = clamped_roots(tree, pieces, base, box, root_rule);
+  recentre(tree, base, box);
+  const std::vector<int> joined_to = join_loose_pieces(tree, pieces, clamped, most_visits);
   note(tree.repairs, "joined_to_nearest",
        static_cast<std::size_t>(
            std::count_if(joined_to.begin(), joined_to.end(), [](int k) { return k >= 0; })),

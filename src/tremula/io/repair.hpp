@@ -31,10 +31,11 @@ struct RawTree {
   std::vector<Repair> repairs;  // what the reader mended itself
 };
 
-// Which roots stay clamped; the branches on any other are joined to the nearest branch.
+// Which roots stay clamped; the branches on any other are joined to the nearest branch. The base is the
+// lowest root among the pieces that hold at least a tenth of the wood of the largest.
 enum class RootRule {
-  lowest,           // one tree: the lowest root
-  near_the_ground,  // a tuft, two stems: all within 5 % of the plant's height above the lowest
+  base,             // one tree, one root
+  near_the_ground,  // a tuft, two stems: all up to 5 % of the plant's height above the base
   all,              // the file is known to mean them
 };
 
@@ -44,6 +45,9 @@ enum class CarrierRule {
   nearer_end,  // the end or the start, whichever is nearer to the branch's own start
 };
 
-ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule roots, CarrierRule carrier);
+// `most_visits`: boxes and branches looked at before joining loose pieces gives up; seconds of work, and
+// hundreds of times what real scans need.
+ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule roots, CarrierRule carrier,
+                        std::size_t most_visits = 1'000'000'000);
 
 }  // namespace tremula

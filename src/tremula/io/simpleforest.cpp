@@ -106,7 +106,7 @@ ImportedSkeleton read_simpleforest(std::string_view text, const std::string& pat
                        "-1 or the ID of a cylinder in this file");
     }
   }
-  return repair(std::move(tree), "simpleforest-csv", RootRule::lowest, CarrierRule::nearer_end);
+  return repair(std::move(tree), "simpleforest-csv", RootRule::base, CarrierRule::nearer_end);
 }
 
 }  // namespace tremula

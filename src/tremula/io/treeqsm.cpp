@@ -82,7 +82,7 @@ ImportedSkeleton to_skeleton(Model model, const std::string& format) {
     }
     tree.branches.push_back(branch);
   }
-  return repair(std::move(tree), format, RootRule::lowest, CarrierRule::nearer_end);
+  return repair(std::move(tree), format, RootRule::base, CarrierRule::nearer_end);
 }
 
 // One model of a MATLAB file: the five arrays by the names of its version.
