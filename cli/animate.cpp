@@ -27,7 +27,7 @@ struct AnimateCommand {
          roughness_length = 0.03;
   std::string profile = "log", wind_model = "stam", loads = "linearised";
   double correlation_time = 1, correlation_length = 4;
-  double period = 20, frames_per_second = 30, damping_ratio = 0.05;
+  double period = 20, frames_per_second = 30, damping_ratio = 0.05, reconfiguration_angle = 0.3;
   std::optional<double> mass_damping;
   int mode_count = 20;
   std::uint64_t seed = 1;
@@ -61,8 +61,11 @@ Weather AnimateCommand::weather() const {
   weather.wind.correlation_time = correlation_time;
   weather.wind.correlation_length = correlation_length;
   weather.wind.rows = wind_model == "stam-printed" ? StamRows::as_printed : StamRows::unit_variance;
+  if (weather.wind.rows == StamRows::as_printed)
+    weather.wind.cutoff = 1e-4;  // its tails are not normalised away
   weather.wind.seed = seed;
   weather.loads.model = loads == "paper" ? LoadModel::paper : LoadModel::linearised;
+  weather.reconfiguration.angle = reconfiguration_angle;
   weather.damping = {damping_ratio, mass_damping};
   const double samples = period * frames_per_second;
   if (!(samples >= 1 && samples <= 1 << 24)) {
@@ -111,27 +114,33 @@ void AnimateCommand::check_outputs() const {
 }
 
 void write_contact_sheet(const std::string& path, const Loop& loop) {
-  constexpr int columns = 4, rows = 3;
-  std::vector<Image> images;
+  constexpr int columns = 4, rows = 3, cells = columns * rows;
+  std::vector<std::vector<Eigen::Vector3f>> positions, normals;
+  std::vector<Eigen::Vector3f> everywhere;
   std::vector<std::string> labels;
-  // Seen from upwind and a little to the side, so that the lean shows; the frame holds the plant at rest.
-  const Extent box = extent(loop.subject.skeleton);
-  constexpr double azimuth = -1.9, elevation = 0.12;
-  const Camera camera =
-      frame_extent(box.low, box.high, azimuth + loop.info.heading * std::numbers::pi / 180, elevation, 1);
-  for (int i = 0; i < columns * rows; ++i) {
-    const double time = loop.motion.period * i / (columns * rows);
+  for (int i = 0; i < cells; ++i) {
+    const double time = loop.motion.period * i / cells;
     const SurfaceDelta delta = deform_surface(loop.subject.skeleton, loop.surface,
                                               displacement_at(loop.subject.modes, loop.motion, time));
-    std::vector<Eigen::Vector3f> position = loop.surface.position, normal = loop.surface.normal;
-    for (std::size_t v = 0; v < position.size(); ++v) {
-      position[v] += delta.position[v];
-      normal[v] = (normal[v] + delta.normal[v]).normalized();
+    positions.push_back(loop.surface.position);
+    normals.push_back(loop.surface.normal);
+    for (std::size_t v = 0; v < loop.surface.vertex_count(); ++v) {
+      positions.back()[v] += delta.position[v];
+      normals.back()[v] = (normals.back()[v] + delta.normal[v]).normalized();
     }
-    images.push_back(render_surface(loop.surface, position, normal, camera));
+    everywhere.insert(everywhere.end(), positions.back().begin(), positions.back().end());
     char label[32];
     std::snprintf(label, sizeof label, "t = %.2f s", time);
-    labels.push_back(label);
+    labels.emplace_back(label);
+  }
+  // Seen across the wind, so that lean and sway show.
+  const double azimuth = (loop.info.heading - 105) * std::numbers::pi / 180;
+  const Camera camera = frame_points(everywhere, azimuth, 0.12, 1);
+  std::vector<Image> images;
+  for (int i = 0; i < cells; ++i) {
+    const auto cell = static_cast<std::size_t>(i);
+    images.push_back(
+        render_surface(loop.surface, positions[cell], normals[cell], camera, {.width = 400, .height = 400}));
   }
   write_file_atomically(path, encode_png(contact_sheet(images, columns, labels)));
 }
@@ -309,6 +318,10 @@ void add_animate(CLI::App& app) {
       ->group(motion);
   sub.add_option("--loads", command->loads, "linearised: drag about the mean wind; paper: eq. 3 as printed")
       ->check(CLI::IsMember({"linearised", "paper"}))
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--reconfiguration-angle", command->reconfiguration_angle,
+                 "Rotation at which bending out of the wind has cut the drag to a quarter [rad]; 0: never")
       ->capture_default_str()
       ->group(motion);
   command->structure.add_to(sub);

@@ -53,6 +53,7 @@ int main() {
     for (const StamRows rows : {StamRows::as_printed, StamRows::unit_variance}) {
       Weather weather;
       weather.wind.rows = rows;
+      weather.wind.cutoff = 0;
       weather.loads.model = LoadModel::paper;
       weather.damping.mass_proportional = 0.5;
       weather.loop = {.period = 256, .sample_count = 256};

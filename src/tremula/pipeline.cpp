@@ -57,8 +57,8 @@ Motion set_in_motion(const Subject& subject, const Weather& weather, const Progr
   tell(progress, "loads");
   const Eigen::Matrix3Xd points = above_ground(subject.skeleton, load_points(subject.skeleton));
   const Eigen::Matrix3Xd mean_wind = mean_velocity(weather.wind.mean, points);
-  const Loads loads = linearise_loads(subject.skeleton, subject.structure, mean_wind, weather.loads);
-  const Eigen::VectorXd lean = solve_static(subject.structure, mean_force(subject.structure, loads));
+  Loads loads = linearise_loads(subject.skeleton, subject.structure, mean_wind, weather.loads);
+  const Eigen::VectorXd lean = lean_and_reconfigure(subject.structure, weather.reconfiguration, loads);
   const Eigen::MatrixXd participation = modal_participation(subject.structure, loads, subject.modes.shapes);
 
   tell(progress, "wind");

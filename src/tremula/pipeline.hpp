@@ -4,6 +4,7 @@
 
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
+#include "tremula/dynamics/reconfiguration.hpp"
 #include "tremula/dynamics/response.hpp"
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/modes/solve_modes.hpp"
@@ -34,6 +35,7 @@ struct Subject {
 struct Weather {
   StamWind wind = {};
   LoadOptions loads = {};
+  Reconfiguration reconfiguration = {};
   Damping damping = {};
   TimeAxis loop{.period = 20, .sample_count = 600};
 };

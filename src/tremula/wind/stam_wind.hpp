@@ -30,7 +30,7 @@ struct StamWind {
   double correlation_time = 1;        // t_c [s]
   double correlation_length = 4;      // d_c [m]
   StamRows rows = StamRows::unit_variance;
-  double cutoff = 1e-4;  // filters below this count as 0 (0 keeps every pair)
+  double cutoff = 1e-2;  // filters below this count as 0 (0 keeps every pair)
   std::uint64_t seed = 1;
 };
 

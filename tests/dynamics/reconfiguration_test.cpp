@@ -1,0 +1,94 @@
+#include "tremula/dynamics/reconfiguration.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "trees.hpp"
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+struct Windy {
+  Skeleton skeleton = test::random_tree(60, 4);
+  Structure structure;
+  Loads loads;
+  explicit Windy(double speed) {
+    for (Branch& branch : skeleton.branches) {  // twigs, so that they bend
+      branch.start_radius *= 0.1;
+      branch.end_radius *= 0.1;
+    }
+    structure = assemble(skeleton, {});
+    Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, 60);
+    wind.row(0).setConstant(speed);
+    loads = linearise_loads(skeleton, structure, wind);
+  }
+};
+
+double largest_rotation(const Eigen::VectorXd& lean) {
+  double largest = 0;
+  for (Eigen::Index k = 0; k < lean.size() / 6; ++k)
+    largest = std::max(largest, lean.segment<3>(6 * k + 3).norm());
+  return largest;
+}
+
+TEST(Reconfiguration, OfNoAngleIsTheLinearLean) {
+  Windy windy(3);
+  const Loads before = windy.loads;
+  const Eigen::VectorXd lean = lean_and_reconfigure(windy.structure, {.angle = 0}, windy.loads);
+  EXPECT_EQ(lean, solve_static(windy.structure, mean_force(windy.structure, before)));
+  EXPECT_EQ(windy.loads.branches[5].mean, before.branches[5].mean);
+}
+
+TEST(Reconfiguration, InALightWindChangesNothingThatCounts) {
+  Windy windy(0.05);
+  const Eigen::VectorXd linear = solve_static(windy.structure, mean_force(windy.structure, windy.loads));
+  const Eigen::VectorXd lean = lean_and_reconfigure(windy.structure, {}, windy.loads);
+  ASSERT_LT(largest_rotation(linear), 0.003);
+  EXPECT_LT((lean - linear).norm(), 1e-3 * linear.norm());
+}
+
+TEST(Reconfiguration, LeanIsTheEquilibriumUnderTheLoadsItLeaves) {
+  Windy windy(8);
+  const Loads before = windy.loads;
+  const Eigen::VectorXd lean = lean_and_reconfigure(windy.structure, {.angle = 0.3}, windy.loads);
+  const Eigen::VectorXd again = solve_static(windy.structure, mean_force(windy.structure, windy.loads));
+  EXPECT_LT((lean - again).norm(), 1e-12 * lean.norm());
+  for (int k = 0; k < 60; ++k) {
+    const double theta = lean.segment<3>(6 * k + 3).norm();
+    const double factor = 1 / std::pow(1 + theta * theta / 0.09, 2);
+    const auto& now = windy.loads.branches[static_cast<std::size_t>(k)];
+    const auto& then = before.branches[static_cast<std::size_t>(k)];
+    EXPECT_LT((now.mean - factor * then.mean).norm(), 1e-8 * then.mean.norm()) << k;
+    EXPECT_LT((now.per_velocity - factor * then.per_velocity).norm(), 1e-8 * then.per_velocity.norm()) << k;
+  }
+}
+
+TEST(Reconfiguration, KeepsRotationsModestWhereTheLinearLeanTurnsTreesOver) {
+  Windy windy(10);
+  ASSERT_GT(largest_rotation(solve_static(windy.structure, mean_force(windy.structure, windy.loads))), 6);
+  EXPECT_LT(largest_rotation(lean_and_reconfigure(windy.structure, {}, windy.loads)), 1);
+}
+
+TEST(Reconfiguration, MoreWindNeverLeansLess) {
+  double before = 0;
+  for (const double speed : {0.5, 1.0, 2.0, 4.0, 8.0, 16.0}) {
+    Windy windy(speed);
+    const double now = lean_and_reconfigure(windy.structure, {}, windy.loads).norm();
+    EXPECT_GT(now, before) << speed;
+    before = now;
+  }
+}
+
+TEST(Reconfiguration, RefusesAnAngleBelowZero) {
+  Windy windy(1);
+  EXPECT_THROW(lean_and_reconfigure(windy.structure, {.angle = -0.1}, windy.loads), InputError);
+  EXPECT_THROW(
+      lean_and_reconfigure(windy.structure, {.angle = std::numeric_limits<double>::quiet_NaN()}, windy.loads),
+      InputError);
+}
+
+}  // namespace
+}  // namespace tremula
