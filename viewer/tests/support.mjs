@@ -101,6 +101,7 @@ export function launchBrowser() {
 // A page that collects what went wrong in it and what it asked for.
 export async function openPage(browser, options) {
   const page = await browser.newPage(options);
+  page.setDefaultTimeout(120_000);  // pictures without a graphics card take their time
   const complaints = [], requests = [];
   page.on('console', (message) => { if (message.type() === 'error') complaints.push(message.text()); });
   page.on('pageerror', (error) => complaints.push(String(error)));

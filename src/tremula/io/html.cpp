@@ -3,6 +3,8 @@
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <string_view>
 
 namespace tremula {
