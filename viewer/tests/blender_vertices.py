@@ -1,0 +1,29 @@
+# blender --background --python blender_vertices.py -- FILE.glb OUT.json FPS FRAME…
+# Imports the file as an artist would and writes where its vertices are: at rest, and evaluated at each frame.
+import json
+import sys
+
+import bpy
+import numpy
+
+numpy.bool = bool  # Debian 12's Blender 3.4 uses this name, its numpy no longer has it
+
+glb, out, fps, *frames = sys.argv[sys.argv.index("--") + 1 :]
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.context.scene.render.fps = int(fps)
+bpy.ops.import_scene.gltf(filepath=glb)
+(plant,) = [thing for thing in bpy.data.objects if thing.type == "MESH"]
+keys = plant.data.shape_keys.key_blocks
+
+
+def world(points):
+    return [list(plant.matrix_world @ point.co) for point in points]
+
+
+poses = {}
+for frame in frames:
+    bpy.context.scene.frame_set(int(frame))
+    evaluated = plant.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    poses[frame] = world(evaluated.to_mesh().vertices)
+with open(out, "w") as file:
+    json.dump({"keys": [key.name for key in keys], "rest": world(keys[0].data), "poses": poses}, file)
