@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "trees.hpp"
 #include <gtest/gtest.h>
+#include "trees.hpp"
 
 namespace tremula {
 namespace {

@@ -7,9 +7,9 @@
 #include <map>
 #include <sstream>
 
-#include "support.hpp"
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include "support.hpp"
 
 namespace tremula {
 namespace {

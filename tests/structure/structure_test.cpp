@@ -1,13 +1,14 @@
 #include "tremula/structure/structure.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/structure/sparse_matrices.hpp"
 
 #include <cmath>
 #include <numbers>
 
+#include <gtest/gtest.h>
 #include "assembled.hpp"
 #include "trees.hpp"
-#include <gtest/gtest.h>
 
 namespace tremula {
 namespace {
@@ -79,6 +80,15 @@ TEST(Structure, OperatorsAgreeWithAssembledMatrices) {
     const Eigen::VectorXd solved = dense.stiffness.ldlt().solve(u);
     EXPECT_LT((solve_static(structure, u) - solved).norm(), 1e-8 * solved.norm());
   }
+}
+
+TEST(AssembleSparse, GivesTheMatricesOfTheOperators) {
+  const Structure structure = assemble(awkward_tree(), {.material = wood});
+  const SparseMatrices matrices = assemble_sparse(structure);
+  const Eigen::VectorXd u = random_vector(structure.size(), 17);
+  const Eigen::VectorXd inertia = apply_mass(structure, u), elastic = apply_stiffness(structure, u);
+  EXPECT_LT((matrices.mass * u - inertia).norm(), 1e-13 * inertia.norm());
+  EXPECT_LT((matrices.stiffness * u - elastic).norm(), 1e-12 * elastic.norm());
 }
 
 TEST(Structure, StiffnessUndoesTheStaticSolve) {

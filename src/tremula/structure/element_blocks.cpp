@@ -1,0 +1,52 @@
+#include "tremula/structure/element_blocks.hpp"
+
+#include <cmath>
+
+namespace tremula {
+namespace {
+
+Mat3 cross_matrix(const Vec3& v) {
+  Mat3 matrix;
+  matrix << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
+  return matrix;
+}
+
+// With phi = theta x d: a force across is m v, a moment d x (m phi), and theta enters v's row as -(d x
+// theta).
+Mat6 block(double along_scale, double twist_scale, double force_v, double force_phi, double moment_v,
+           double moment_phi, const Vec3& d) {
+  const Mat3 along = d * d.transpose(), across = Mat3::Identity() - along, cross = cross_matrix(d);
+  Mat6 matrix;
+  matrix << along_scale * along + force_v * across, -force_phi * cross, moment_v * cross,
+      twist_scale * along + moment_phi * across;
+  return matrix;
+}
+
+}  // namespace
+
+Mat6 rigid_carry(const Vec3& arm) {
+  Mat6 matrix = Mat6::Identity();
+  matrix.topRightCorner<3, 3>() = -cross_matrix(arm);
+  return matrix;
+}
+
+MassBlocks mass_blocks(const ElementMass& mass, const Vec3& direction) {
+  const auto between = [&](int a, int b) {
+    const int i = 2 * a, j = 2 * b;
+    return block(mass.axial(a, b), mass.torsion(a, b), mass.bending(i, j), mass.bending(i, j + 1),
+                 mass.bending(i + 1, j), mass.bending(i + 1, j + 1), direction);
+  };
+  return {between(0, 0), between(0, 1), between(1, 1)};
+}
+
+Mat6 compliance_block(const Compliance& c, const Vec3& direction) {
+  return block(c.axial, c.torsion, c.deflection, c.deflection_slope, c.deflection_slope, c.slope, direction);
+}
+
+Mat6 compliance_root(const Compliance& c, const Vec3& direction) {
+  const double deflection = std::sqrt(c.deflection), slope_deflection = c.deflection_slope / deflection;
+  const double slope = std::sqrt(c.slope - slope_deflection * slope_deflection);
+  return block(std::sqrt(c.axial), std::sqrt(c.torsion), deflection, 0, slope_deflection, slope, direction);
+}
+
+}  // namespace tremula
