@@ -199,8 +199,8 @@ void AnimateCommand::run() const {
 
   log.begin("surface");
   Surface surface = mesh_surface(skeleton);
-  if (plant.bark_color) surface.bark_color = *plant.bark_color;
-  if (plant.leaf_color) surface.leaf_color = *plant.leaf_color;
+  surface.bark_color = plant.imported.colors.bark.value_or(surface.bark_color);
+  surface.leaf_color = plant.imported.colors.leaf.value_or(surface.leaf_color);
   const Loop loop{plant,
                   subject,
                   motion,

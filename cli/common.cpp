@@ -45,7 +45,7 @@ Plant grow_plant(const std::string& name, const std::string& text, const std::st
   const LSystem system = parse_lsystem(text, text_name);
   const GrownPlant grown =
       grow(system, {.seed = seed, .constants = parse_constants(constants), .limits = {}});
-  return {name, {grown.skeleton, "l-system", {}}, grown.bark_color, grown.leaf_color};
+  return {name, {grown.skeleton, "l-system", {}, {grown.bark_color, grown.leaf_color}}};
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_s
     return grow_plant(name, read_file(input, std::size_t{16} << 20), input, growth_seed, constants);
   }
   if (!constants.empty()) throw InputError("--set", "given with " + input, "an L-system or a preset");
-  return {name, read_skeleton(input), {}, {}};
+  return {name, read_skeleton(input)};
 }
 
 void print_warnings(const Plant& plant) {

@@ -20,7 +20,6 @@ using Json = nlohmann::ordered_json;
 struct Plant {
   std::string name;  // for titles: the file's name without folder and extension, or the preset's
   ImportedSkeleton imported;
-  std::optional<Eigen::Vector3f> bark_color, leaf_color;
 };
 Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_seed = {},
                  const std::vector<std::string>& constants = {});

@@ -31,7 +31,7 @@ struct GrowCommand {
     if (lower_extension(output) != ".swc")
       throw InputError("-o " + output, "'" + lower_extension(output) + "'", ".swc");
     const Plant plant = open_plant(input, seed, constants);
-    write_swc(plant.imported.skeleton, output);
+    write_swc(plant.imported.skeleton, output, plant.imported.colors);
     const Skeleton& skeleton = plant.imported.skeleton;
     std::cerr << "tremula: " << output << ": " << skeleton.branch_count() << " branches, "
               << skeleton.leaves.size() << " leaves; next: tremula animate " << output << " -o " << plant.name

@@ -238,5 +238,26 @@ TEST(ReadSwc, TakesTypesAndCommentsOfItsOwnOnlyInItsOwnFiles) {
   EXPECT_EQ(ours.branches[1].start_radius, 0.5);
 }
 
+TEST(WriteSwc, KeepsTheColorsOfAPlant) {
+  const test::TemporaryFolder folder;
+  const std::string path = folder / "colored.swc";
+  const Skeleton stem = test::straight_stem(2, 1, 0.02, 0.01);
+  write_swc(stem, path, {.bark = Eigen::Vector3f(0.9F, 0.85F, 0.8F), .leaf = Eigen::Vector3f(0.3F, 0.5F, 0)});
+  const PlantColors colors = read_skeleton(path).colors;
+  EXPECT_EQ(colors.bark, Eigen::Vector3f(0.9F, 0.85F, 0.8F));
+  EXPECT_EQ(colors.leaf, Eigen::Vector3f(0.3F, 0.5F, 0));
+  write_swc(stem, path);
+  EXPECT_FALSE(read_skeleton(path).colors.bark.has_value());
+}
+
+TEST(ReadSwc, RefusesAColorChannelAboveOne) {
+  try {
+    read_skeleton("# tremula\n# bark_color 0.5 1.5 0\n1 1 0 0 0 0.1 -1\n2 2 0 0 1 0.1 1\n", "a.swc");
+    FAIL() << "a colour of 1.5 was read";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "a.swc:2: green is 1.5, wanted 0 to 1");
+  }
+}
+
 }  // namespace
 }  // namespace tremula

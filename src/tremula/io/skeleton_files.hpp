@@ -4,6 +4,7 @@
 #include "tremula/geometry/skeleton.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,10 +18,16 @@ struct Repair {
   std::string message;  // one sentence for people: "9 segments without parent joined to the nearest branch"
 };
 
+// What a plant looks like where its file says so; sRGB, 0–1.
+struct PlantColors {
+  std::optional<Eigen::Vector3f> bark = {}, leaf = {};
+};
+
 struct ImportedSkeleton {
   Skeleton skeleton;
   std::string format;  // "swc", "treeqsm-text", "treeqsm-mat", "simpleforest-csv"
   std::vector<Repair> repairs;
+  PlantColors colors = {};
 };
 
 // Throws InputError for anything that is not a usable plant (see docs/guide/inputs.md for what is repaired).
@@ -30,6 +37,6 @@ ImportedSkeleton read_skeleton(const std::string& path);
 ImportedSkeleton read_skeleton(std::string_view bytes, const std::string& path);
 
 // SWC: one sample per node, comments with units and origin; reading it back gives the same branches.
-void write_swc(const Skeleton& skeleton, const std::string& path);
+void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors = {});
 
 }  // namespace tremula

@@ -35,12 +35,24 @@ struct SwcFile {
   std::vector<Sample> samples;
   std::vector<LeafLine> leaves;
   Vec3 origin = Vec3::Zero();
+  PlantColors colors;
   bool ours = false;  // written by write_swc
 };
 
 Vec3 point(const Row& row, std::size_t column, const char* const names[3]) {
   return {row.coordinate(column, names[0]), row.coordinate(column + 1, names[1]),
           row.coordinate(column + 2, names[2])};
+}
+
+Eigen::Vector3f color(const Row& row, std::size_t column) {
+  constexpr const char* names[] = {"red", "green", "blue"};
+  Eigen::Vector3f value;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double channel = row.finite(column + c, names[c]);
+    if (channel < 0 || channel > 1) row.reject(column + c, names[c], "0 to 1");
+    value[static_cast<Eigen::Index>(c)] = static_cast<float>(channel);
+  }
+  return value;
 }
 
 // Fields 0 and 1 are "#" and the word.
@@ -57,6 +69,9 @@ void parse_our_comment(const Row& row, SwcFile& file) {
     check_count(5, "x y z");
     constexpr const char* names[] = {"origin x", "origin y", "origin z"};
     file.origin = point(row, 2, names);
+  } else if (row.fields.at[1] == "bark_color" || row.fields.at[1] == "leaf_color") {
+    check_count(5, "red green blue");
+    (row.fields.at[1] == "bark_color" ? file.colors.bark : file.colors.leaf) = color(row, 2);
   } else if (row.fields.at[1] == "leaf") {
     check_count(17, "sample position base axis normal length width area mass");
     constexpr const char* base[] = {"leaf base x", "leaf base y", "leaf base z"};
@@ -203,11 +218,13 @@ void append_sample(std::string& out, int id, SampleType type, const Vec3& positi
 
 ImportedSkeleton read_swc(std::string_view text, const std::string& path) {
   const SwcFile file = parse(text, path);
-  return repair(to_branches(file, path), "swc", file.ours ? RootRule::all : RootRule::near_the_ground,
-                CarrierRule::end);
+  ImportedSkeleton imported = repair(to_branches(file, path), "swc",
+                                     file.ours ? RootRule::all : RootRule::near_the_ground, CarrierRule::end);
+  imported.colors = file.colors;
+  return imported;
 }
 
-void write_swc(const Skeleton& skeleton, const std::string& path) {
+void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors) {
   check_skeleton(skeleton, path);
   std::string out(marker);
   out +=
@@ -218,6 +235,14 @@ void write_swc(const Skeleton& skeleton, const std::string& path) {
       "# origin";
   append(out, skeleton.origin);
   out += '\n';
+  const auto append_color = [&](const char* name, const std::optional<Eigen::Vector3f>& value) {
+    if (!value) return;
+    out += name;
+    append(out, Vec3(value->cast<double>()));
+    out += '\n';
+  };
+  append_color("# bark_color", colors.bark);
+  append_color("# leaf_color", colors.leaf);
 
   // Radius of the sample at each node, and its id. A root takes that of the first branch on it.
   std::vector<double> radius(skeleton.node_count(), 0);

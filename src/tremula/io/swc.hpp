@@ -8,7 +8,8 @@
 //    is no wood, only a rigid link (of length zero where just the radius steps).
 //  - Comments hold the origin (`# origin x y z`) and the leaves (`# leaf SAMPLE position`, base, axis and
 //  normal of
-//    three numbers each, then length width area mass).
+//    three numbers each, then length width area mass), and colours (`# bark_color`, `# leaf_color`, sRGB
+//    0-1).
 // Both are understood only in files whose first line starts with "# tremula": elsewhere type 16 and those
 // comments may mean anything.
 #pragma once
