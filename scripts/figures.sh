@@ -27,7 +27,7 @@ PAGE
 }
 mkdir -p docs/figures
 row sapling 1 1040 docs/figures/sapling.png --wind-speed 6 --period 20 --seed 1
-row oak 0 1040 docs/figures/oak.png --wind-speed 6 --period 20 --seed 1
+row oak 0 1040 docs/figures/oak.png --wind-speed 12 --period 20 --seed 1
 
 refresh() {  # document
   local line command fenced= skipping=
