@@ -24,7 +24,7 @@ struct AnimateCommand {
   std::string input, report;
   std::vector<std::string> outputs;
   double wind_speed = 6, heading = 0, turbulence_intensity = 0.2, reference_height = 10,
-         roughness_length = 0.03;
+         roughness_length = 0.03, power_exponent = 0.2;
   std::string profile = "log", wind_model = "stam", loads = "linearised";
   double correlation_time = 1, correlation_length = 4;
   double period = 20, frames_per_second = 30, damping_ratio = 0.05, reconfiguration_angle = 0.3;
@@ -55,8 +55,11 @@ Weather AnimateCommand::weather() const {
   weather.wind.mean = {.speed = wind_speed,
                        .reference_height = reference_height,
                        .heading = heading,
-                       .profile = profile == "constant" ? ProfileKind::constant : ProfileKind::logarithmic,
-                       .roughness_length = roughness_length};
+                       .profile = profile == "constant" ? ProfileKind::constant
+                                  : profile == "power"  ? ProfileKind::power
+                                                        : ProfileKind::logarithmic,
+                       .roughness_length = roughness_length,
+                       .power_exponent = power_exponent};
   weather.wind.turbulence_intensity = turbulence_intensity;
   weather.wind.correlation_time = correlation_time;
   weather.wind.correlation_length = correlation_length;
@@ -229,6 +232,7 @@ void AnimateCommand::run() const {
         {"reference_height_m", reference_height},
         {"profile", profile},
         {"roughness_length_m", roughness_length},
+        {"power_exponent", power_exponent},
         {"heading_deg", heading},
         {"turbulence_intensity", turbulence_intensity},
         {"correlation_time_s", correlation_time},
@@ -282,11 +286,14 @@ void add_animate(CLI::App& app) {
   sub.add_option("--reference-height", command->reference_height, "Height of the given wind speed [m]")
       ->capture_default_str()
       ->group(wind);
-  sub.add_option("--profile", command->profile, "How the mean wind grows with height: log or constant")
-      ->check(CLI::IsMember({"log", "constant"}))
+  sub.add_option("--profile", command->profile, "How the mean wind grows with height: log, power or constant")
+      ->check(CLI::IsMember({"log", "power", "constant"}))
       ->capture_default_str()
       ->group(wind);
   sub.add_option("--roughness-length", command->roughness_length, "z0 of the log profile [m]")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--power-exponent", command->power_exponent, "Exponent of the power profile")
       ->capture_default_str()
       ->group(wind);
   sub.add_option("--wind-model", command->wind_model,

@@ -52,6 +52,15 @@ TEST(Compliance, OfATaperedBeamIsTheIntegralOfItsFlexibility) {
   }
 }
 
+TEST(Compliance, HeldSlopeIsTheDifferenceItStandsForAndStaysPositiveForAThickEnd) {
+  for (const double tip : {0.03, 0.01, 0.06}) {
+    const Compliance c = compliance(beam_of(1.2, 0.03, tip));
+    EXPECT_NEAR(c.slope_held / (c.slope - c.deflection_slope * c.deflection_slope / c.deflection), 1, 1e-11)
+        << tip;
+  }
+  EXPECT_GT(compliance(beam_of(1.2, 1e-8, 0.03)).slope_held, 0);
+}
+
 TEST(Compliance, OfThePaperSectionTakesTheMeanRadiusAndFourTimesTheInertia) {
   const Compliance printed = compliance(beam_of(1, 0.04, 0.02, Section::paper));
   const Compliance mean = compliance(beam_of(1, 0.03, 0.03));

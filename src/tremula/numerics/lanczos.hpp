@@ -20,7 +20,7 @@ struct LanczosOptions {
   double tolerance = 1e-12;  // |A x - lambda x| / lambda of every eigenpair wanted
   int largest_basis = 2000;  // give up, unconverged, beyond this many vectors
   std::uint64_t start = 0;   // address of the random starting vector; another one for another try
-  std::function<void(double done)> progress;  // 0 … 1; throw to cancel
+  std::function<void(double done)> progress = {};  // 0 … 1; throw to cancel
 };
 
 struct LanczosResult {

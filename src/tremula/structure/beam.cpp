@@ -51,11 +51,17 @@ Beam make_beam(const Branch& branch, const Material& material, Section section) 
   return beam;
 }
 
+// slope_held is worked out by hand: as a difference it would lose its digits where the end is the thick one.
 Compliance compliance(const Beam& beam) {
   const Flexibility f = flexibility(beam.length, beam.start_radius, beam.end_radius);
   const double bending = beam.material.youngs_modulus * beam.inertia_factor;
-  return {f.axial / (beam.material.youngs_modulus * pi), f.torsion / (beam.material.shear_modulus * pi / 2),
-          f.deflection / bending, f.deflection_slope / bending, f.slope / bending};
+  return {
+      f.axial / (beam.material.youngs_modulus * pi),
+      f.torsion / (beam.material.shear_modulus * pi / 2),
+      f.deflection / bending,
+      f.deflection_slope / bending,
+      f.slope / bending,
+      beam.length / (4 * bending * beam.start_radius * beam.end_radius * beam.end_radius * beam.end_radius)};
 }
 
 Shape shape_at(const Beam& beam, double s) {

@@ -36,6 +36,8 @@ struct Compliance {
   double deflection;        // v / force across [m/N]
   double deflection_slope;  // v / bending moment = phi / force across [1/N]
   double slope;             // phi / bending moment [rad/(N m)]
+  double slope_held;  // the same while the deflection is held at 0: slope - deflection_slope^2 / deflection
+                      // [rad/(N m)]
 };
 Compliance compliance(const Beam& beam);
 

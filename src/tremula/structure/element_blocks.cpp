@@ -45,8 +45,8 @@ Mat6 compliance_block(const Compliance& c, const Vec3& direction) {
 
 Mat6 compliance_root(const Compliance& c, const Vec3& direction) {
   const double deflection = std::sqrt(c.deflection), slope_deflection = c.deflection_slope / deflection;
-  const double slope = std::sqrt(c.slope - slope_deflection * slope_deflection);
-  return block(std::sqrt(c.axial), std::sqrt(c.torsion), deflection, 0, slope_deflection, slope, direction);
+  return block(std::sqrt(c.axial), std::sqrt(c.torsion), deflection, 0, slope_deflection,
+               std::sqrt(c.slope_held), direction);
 }
 
 }  // namespace tremula

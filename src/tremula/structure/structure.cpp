@@ -16,7 +16,7 @@ struct ComplianceRoot {
         torsion(std::sqrt(c.torsion)),
         deflection(std::sqrt(c.deflection)),
         slope_deflection(c.deflection_slope / deflection),
-        slope(std::sqrt(c.slope - slope_deflection * slope_deflection)) {}
+        slope(std::sqrt(c.slope_held)) {}
 };
 
 // A 6-vector at the end of a branch as along / twist scalars and two vectors across: for displacements v and
