@@ -192,7 +192,7 @@ void AnimateCommand::run() const {
   log.finish();
 
   const MotionStatistics statistics = motion_statistics(subject.modes, motion);
-  if (statistics.largest_rms_rotation + statistics.largest_lean_rotation > 0.5) {
+  if (statistics.largest_rms_rotation + statistics.largest_lean_rotation > 0.75) {
     std::cerr << "tremula: warning: the wind turns branches by up to "
               << statistics.largest_rms_rotation + statistics.largest_lean_rotation
               << " rad, too far for small displacements: stretching may show; try a lower --wind-speed or a "

@@ -2,21 +2,12 @@
 
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "tremula/base/error.hpp"
 
 namespace tremula {
 namespace {
-
-Loads reduced(const Loads& loads, const Eigen::ArrayXd& factor) {
-  Loads result = loads;
-  for (Eigen::Index k = 0; k < factor.size(); ++k) {
-    BranchLoad& load = result.branches[static_cast<std::size_t>(k)];
-    load.per_velocity *= factor[k];
-    load.mean *= factor[k];
-  }
-  return result;
-}
 
 Eigen::ArrayXd rotation_angles(const Eigen::VectorXd& displacement) {
   Eigen::ArrayXd angles(displacement.size() / 6);
@@ -33,20 +24,27 @@ Eigen::VectorXd lean_and_reconfigure(const Structure& structure, const Reconfigu
   }
   Eigen::VectorXd lean = solve_static(structure, mean_force(structure, loads));
   if (reconfiguration.angle == 0) return lean;
+  const auto x_squared = [&] { return (rotation_angles(lean) / reconfiguration.angle).square().eval(); };
 
-  // Fixed-point iteration on the logarithm of the factors. Undamped it would overshoot by up to four times
-  // the error; a fifth of the step makes the error shrink to 0.8 or less of itself each time.
+  // Fixed-point iteration on the logarithm of lambda. Undamped it would overshoot by up to four times the
+  // error; a fifth of the step makes the error shrink to 0.8 or less of itself each time.
   constexpr double step = 0.2, tolerance = 1e-10;
   constexpr int most_iterations = 200;
+  const std::vector<BranchLoad> whole = loads.branches;
   Eigen::ArrayXd logarithm = Eigen::ArrayXd::Zero(structure.branch_count());
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    const Eigen::ArrayXd wanted = -2 * (1 + (rotation_angles(lean) / reconfiguration.angle).square()).log();
-    const double error = (wanted - logarithm).abs().maxCoeff();
-    if (error < tolerance) break;
+    const Eigen::ArrayXd wanted = -2 * (1 + x_squared()).log();
+    if ((wanted - logarithm).abs().maxCoeff() < tolerance) break;
     logarithm += step * (wanted - logarithm);
-    lean = solve_static(structure, mean_force(structure, reduced(loads, logarithm.exp())));
+    for (std::size_t k = 0; k < whole.size(); ++k) {
+      loads.branches[k].mean = std::exp(logarithm[static_cast<Eigen::Index>(k)]) * whole[k].mean;
+    }
+    lean = solve_static(structure, mean_force(structure, loads));
   }
-  loads = reduced(loads, logarithm.exp());
+  // F ~ U^2 lambda(theta) with theta ~ F: d ln F/d ln U = 2 / (1 - d ln lambda/d ln theta), instead of 2.
+  const Eigen::ArrayXd x2 = x_squared(), factor = logarithm.exp() / (1 + 4 * x2 / (1 + x2));
+  for (std::size_t k = 0; k < whole.size(); ++k)
+    loads.branches[k].per_velocity *= factor[static_cast<Eigen::Index>(k)];
   return lean;
 }
 
