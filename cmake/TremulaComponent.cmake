@@ -34,8 +34,9 @@ function(tremula_compile_options target)
   endif()
   # Same bytes whatever the machine: no contraction of a*b+c into fma behind our back.
   target_compile_options(${target} PRIVATE -ffp-contract=off)
-  # Nobody reads errno after sqrt; with it, loops that take roots would not become vector code.
-  target_compile_options(${target} PRIVATE -fno-math-errno)
+  # Nobody reads errno after sqrt nor the exception flags; with them, loops with roots and comparisons would not
+  # become vector code.
+  target_compile_options(${target} PRIVATE -fno-math-errno -fno-trapping-math)
 endfunction()
 
 if(TREMULA_SANITIZE)
