@@ -66,7 +66,8 @@ TEST(Loads, AddUpToTheDragOnTheArea) {
 TEST(Loads, HaveTheMomentAboutTheStartThatHandIntegrationGives) {
   const double tip = 0.012;
   const OneBranch one(tip);
-  const auto& mean = one.loads().branches[0].mean;
+  const Loads loads = one.loads();
+  const auto& mean = loads.branches[0].mean;
   const double L = one.structure.beams[0].length;
   const Vec3 n = one.normal_wind(), d = one.structure.direction[0];
   // int_0^L x 2 r(x) dx, r linear from 0.03
