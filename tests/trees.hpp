@@ -58,6 +58,26 @@ inline Skeleton random_tree(int branch_count, std::uint64_t seed) {
   return skeleton;
 }
 
+// A random tree with what real ones have: leaves, two roots, and branches that start beside their nodes.
+inline Skeleton awkward_tree() {
+  Skeleton skeleton = random_tree(12, 5);
+  skeleton.roots.emplace_back(1, 0, 0);
+  for (Branch& branch : skeleton.branches) {
+    if (branch.start_node > 0) ++branch.start_node;
+  }
+  skeleton.branches.push_back(make_branch(1, Vec3(1, 0, 0), Vec3(1.1, 0.2, 0.7), 0.03, 0.02));
+  const Vec3 beside = skeleton.node_position(4) + Vec3(0.05, -0.03, 0.02);
+  skeleton.branches.push_back(make_branch(4, beside, beside + Vec3(0.3, 0.1, 0.2), 0.01, 0.008));
+  for (const int branch : {3, 7, 13}) {
+    Leaf leaf;
+    leaf.branch = branch;
+    leaf.position = 0.6;
+    leaf.mass = 0.02;
+    skeleton.leaves.push_back(leaf);
+  }
+  return skeleton;
+}
+
 // The contiguous cylinders of the reference trees (TreeQSM text: radius, length, start, axis, parent …).
 inline Skeleton cylinders_from_text(const std::filesystem::path& path) {
   std::ifstream file(path);

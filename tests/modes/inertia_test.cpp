@@ -36,19 +36,8 @@ TEST(CountModesBelow, CountsBothOfEveryPairOfAStraightStem) {
 }
 
 TEST(CountModesBelow, HoldsForLeavesSeveralRootsAndStartsBesideTheirNodes) {
-  Skeleton skeleton = test::random_tree(12, 5);
-  skeleton.roots.emplace_back(1, 0, 0);
-  for (Branch& branch : skeleton.branches) {
-    if (branch.start_node > 0) ++branch.start_node;
-  }
-  skeleton.branches.push_back(test::make_branch(1, Vec3(1, 0, 0), Vec3(1.1, 0.2, 0.7), 0.03, 0.02));
-  const Vec3 beside = skeleton.node_position(4) + Vec3(0.05, -0.03, 0.02);
-  skeleton.branches.push_back(test::make_branch(4, beside, beside + Vec3(0.3, 0.1, 0.2), 0.01, 0.008));
-  Leaf leaf;
-  leaf.branch = 3;
-  leaf.position = 0.6;
-  leaf.mass = 0.5;
-  skeleton.leaves.push_back(leaf);
+  Skeleton skeleton = test::awkward_tree();
+  skeleton.leaves.front().mass = 0.5;
   expect_counts_match(assemble(skeleton, {.material = wood}));
 }
 

@@ -17,26 +17,6 @@ using std::numbers::pi;
 
 const Material wood{"wood", 9e9, 7e8, 950, ""};
 
-// A random tree with what real ones have: leaves, two roots, and branches that start beside their nodes.
-Skeleton awkward_tree() {
-  Skeleton skeleton = test::random_tree(12, 5);
-  skeleton.roots.emplace_back(1, 0, 0);
-  for (Branch& branch : skeleton.branches) {
-    if (branch.start_node > 0) ++branch.start_node;
-  }
-  skeleton.branches.push_back(test::make_branch(1, Vec3(1, 0, 0), Vec3(1.1, 0.2, 0.7), 0.03, 0.02));
-  const Vec3 beside = skeleton.node_position(4) + Vec3(0.05, -0.03, 0.02);
-  skeleton.branches.push_back(test::make_branch(4, beside, beside + Vec3(0.3, 0.1, 0.2), 0.01, 0.008));
-  for (const int branch : {3, 7, 13}) {
-    Leaf leaf;
-    leaf.branch = branch;
-    leaf.position = 0.6;
-    leaf.mass = 0.02;
-    skeleton.leaves.push_back(leaf);
-  }
-  return skeleton;
-}
-
 Eigen::VectorXd random_vector(Eigen::Index size, std::uint64_t seed) {
   Eigen::VectorXd vector(size);
   for (Eigen::Index i = 0; i < size; ++i) {
@@ -69,7 +49,7 @@ TEST(SolveStatic, OfACutUpConeIsThatOfTheWholeCone) {
 }
 
 TEST(Structure, OperatorsAgreeWithAssembledMatrices) {
-  const Skeleton skeleton = awkward_tree();
+  const Skeleton skeleton = test::awkward_tree();
   for (const Section section : {Section::exact, Section::paper}) {
     const Structure structure = assemble(skeleton, {.material = wood, .section = section});
     const test::Assembled dense = test::assemble_dense(skeleton, structure);
@@ -83,7 +63,7 @@ TEST(Structure, OperatorsAgreeWithAssembledMatrices) {
 }
 
 TEST(AssembleSparse, GivesTheMatricesOfTheOperators) {
-  const Structure structure = assemble(awkward_tree(), {.material = wood});
+  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
   const SparseMatrices matrices = assemble_sparse(structure);
   const Eigen::VectorXd u = random_vector(structure.size(), 17);
   const Eigen::VectorXd inertia = apply_mass(structure, u), elastic = apply_stiffness(structure, u);
@@ -92,13 +72,13 @@ TEST(AssembleSparse, GivesTheMatricesOfTheOperators) {
 }
 
 TEST(Structure, StiffnessUndoesTheStaticSolve) {
-  const Structure structure = assemble(awkward_tree(), {.material = wood});
+  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
   const Eigen::VectorXd force = random_vector(structure.size(), 4);
   EXPECT_LT((apply_stiffness(structure, solve_static(structure, force)) - force).norm(), 1e-8 * force.norm());
 }
 
 TEST(Structure, ComplianceFormIsSymmetricAndCarriesTheKineticEnergy) {
-  const Structure structure = assemble(awkward_tree(), {.material = wood});
+  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
   const Eigen::VectorXd a = random_vector(structure.size(), 1), b = random_vector(structure.size(), 2);
   const double ab = a.dot(apply_compliance_form(structure, b)),
                ba = b.dot(apply_compliance_form(structure, a));
@@ -109,7 +89,7 @@ TEST(Structure, ComplianceFormIsSymmetricAndCarriesTheKineticEnergy) {
 }
 
 TEST(Structure, MovedAsOneWeighsWhatItsWoodAndLeavesWeigh) {
-  const Skeleton skeleton = awkward_tree();
+  const Skeleton skeleton = test::awkward_tree();
   const Structure structure = assemble(skeleton, {.material = wood});
   double mass = 0;
   for (int k = 0; k < skeleton.branch_count(); ++k) {
