@@ -3,6 +3,7 @@
 #include "tremula/base/simd.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <new>
 
 #include <tbb/parallel_for.h>
@@ -183,8 +184,8 @@ double dot(const double* a, const double* b, Eigen::Index rows) {
   return sum_of_tiles(parts);
 }
 
-void remove_projection(const Columns& basis, Eigen::Index count, double* first, double* second) {
-  if (count == 0) return;
+double remove_projection(const Columns& basis, Eigen::Index count, double* first, double* second) {
+  if (count == 0) return 0;
   const Eigen::Index rows = basis.rows(), fours = (count + 3) / 4;
   Eigen::MatrixXd products(8 * fours, tile_count(rows));
   for_each_tile(rows, [&](Eigen::Index t, Eigen::Index row, Eigen::Index tile) {
@@ -199,9 +200,13 @@ void remove_projection(const Columns& basis, Eigen::Index count, double* first, 
     }
   });
   Eigen::VectorXd factors = products.rowwise().sum();
+  double largest = 0;
   for (Eigen::Index i = 0; i < 4 * fours; ++i) {
     const double scale = i < count ? basis.scale[static_cast<std::size_t>(i)] : 0;
-    for (const Eigen::Index half : {0, 4}) factors[8 * (i / 4) + half + i % 4] *= scale * scale;
+    const Eigen::Index of_first = 8 * (i / 4) + i % 4, of_second = of_first + 4;
+    largest = std::max(largest, std::abs(scale * factors[second ? of_second : of_first]));
+    factors[of_first] *= scale * scale;
+    factors[of_second] *= scale * scale;
   }
   for_each_tile(rows, [&](Eigen::Index, Eigen::Index row, Eigen::Index tile) {
     for (Eigen::Index four = 0; four < fours; ++four) {
@@ -210,6 +215,7 @@ void remove_projection(const Columns& basis, Eigen::Index count, double* first, 
       if (second) subtract_four(columns.data, factors.data() + 8 * four + 4, second + row, tile);
     }
   });
+  return largest;
 }
 
 void rotate(Columns& basis, const Eigen::MatrixXd& coefficients) {

@@ -40,8 +40,9 @@ double three_term_step(double* next, const double* current, const double* previo
 double dot(const double* a, const double* b, Eigen::Index rows);
 
 // Takes from one or two vectors what they have of the first `count` vectors of the basis (orthonormal but for
-// rounding), reading the basis twice for both. `second` may be null.
-void remove_projection(const Columns& basis, Eigen::Index count, double* first, double* second);
+// rounding), reading the basis twice for both. `second` may be null. Returns the largest of those parts of
+// `second`, or of `first` where it is alone.
+double remove_projection(const Columns& basis, Eigen::Index count, double* first, double* second);
 
 // The first k columns become the first vectors of the basis times coefficients (count x k), k <= count, with
 // scale 1; the others are freed. In place: no second basis is ever held.

@@ -26,7 +26,7 @@ class OrthogonalityEstimate {
       : level_(epsilon * std::sqrt(static_cast<double>(size))) {}
 
   // After step j (from 0) with alpha_0 … alpha_j and beta_0 … beta_j, beta_j the norm of what becomes
-  // q_{j+1}. Returns the largest |q_k^T q_{j+1}|.
+  // q_{j+1}. Returns what is likely the largest |q_k^T q_{j+1}|.
   double advance(const std::vector<double>& alpha, const std::vector<double>& beta) {
     const std::size_t j = alpha.size() - 1;
     std::vector<double> next(j + 2);
@@ -43,10 +43,15 @@ class OrthogonalityEstimate {
     previous_ = std::move(current_);
     previous_.push_back(0);
     current_ = std::move(next);
-    return largest;
+    current_largest_ = largest;
+    return largest / calibration_;
   }
-  // q_j and q_{j+1} have been made orthogonal to all before them.
-  void reset() {
+  // q_j and q_{j+1} have been made orthogonal to all before them. `found`: the largest |q_k^T q_{j+1}| that
+  // there was before. The recurrence supposes that rounding errors add up; that they do not makes it a
+  // thousand times too large. So what it says is set right by what was found, less a factor of ten.
+  void reset(double found) {
+    const double excess = current_largest_ / std::max(found, epsilon);
+    calibration_ = std::clamp(0.1 * excess, 1.0, 30 * calibration_);
     std::fill(current_.begin(), current_.end() - 1, level_);
     std::fill(previous_.begin(), previous_.end() - 2, level_);
   }
@@ -58,7 +63,7 @@ class OrthogonalityEstimate {
   }
 
  private:
-  double level_;
+  double level_, calibration_ = 1, current_largest_ = 0;
   std::vector<double> previous_{}, current_{1.0};
 };
 
@@ -136,10 +141,10 @@ double expand(const Search& search, Krylov& krylov) {
 
 // The recurrence looks two steps back, so q_j and what becomes q_{j+1} are both mended; together, so that the
 // basis is read once for both. Returns the norm of column j + 1.
-double mend(const Search& search, Krylov& krylov) {
+double mend(const Search& search, Krylov& krylov, OrthogonalityEstimate& estimate) {
   const Eigen::Index j = krylov.steps() - 1;
   Columns& basis = krylov.basis;
-  remove_projection(basis, j, basis.data(j), basis.data(j + 1));
+  estimate.reset(remove_projection(basis, j, basis.data(j), basis.data(j + 1)) / krylov.beta.back());
   ++krylov.result.reorthogonalisation_count;
   const double square = dot(basis.data(j), basis.data(j), search.size);
   basis.scale[static_cast<std::size_t>(j)] = 1 / std::sqrt(square);
@@ -213,9 +218,8 @@ bool iterate(const Search& search, Krylov& krylov) {
     const double zero = search.norm_that_is_zero(largest);
     bool full = krylov.steps() == limit;
     if (norm > zero && estimate.advance(krylov.alpha, krylov.beta) > threshold) {
-      norm = mend(search, krylov);
+      norm = mend(search, krylov, estimate);
       krylov.beta.back() = norm;
-      estimate.reset();
     }
     if (norm <= zero) {
       // An invariant subspace, as multiple eigenvalues make them: on from a new vector, not joined to it.
