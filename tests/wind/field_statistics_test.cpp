@@ -114,6 +114,24 @@ TEST(FieldStatistics, SpreadTheWholeVarianceOverTheBands) {
   }
 }
 
+TEST(FieldMoments, AreThoseOfTheFullStatistics) {
+  const WindGrid grid{.y_count = 3, .z_count = 2, .step_count = 50, .periodic = false};
+  const WindField field = make_field(grid, [](std::size_t c, int i, int j, int t) {
+    return 3 * i +
+           gaussian(60 + static_cast<std::uint32_t>(c), static_cast<std::uint64_t>((t * 2 + i) * 3 + j));
+  });
+  const FieldStatistics moments = field_moments(field), all = field_statistics(field);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(moments.rows[i].height, all.rows[i].height);
+    EXPECT_EQ(moments.rows[i].mean, all.rows[i].mean);
+    EXPECT_EQ(moments.rows[i].deviation, all.rows[i].deviation);
+    EXPECT_EQ(moments.rows[i].covariance_uw, all.rows[i].covariance_uw);
+  }
+  EXPECT_EQ(moments.point_mean, all.point_mean);
+  EXPECT_EQ(moments.point_deviation, all.point_deviation);
+  EXPECT_TRUE(moments.spectra.empty());
+}
+
 // The spectrum of white noise is 2 sigma^2 dt at every frequency. In units of the standard error that is
 // given the measured bands scatter by 1: their mean is 0 within 5/sqrt(n), their mean square (of n numbers
 // near Gaussian) 1 within 5 sqrt(2/n) and what the error itself is uncertain by.

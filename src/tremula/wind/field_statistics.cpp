@@ -63,6 +63,23 @@ RowSeries row_series(const WindField& field, int row, std::size_t component) {
   return series;
 }
 
+// What one component of one row adds to rows, point_mean and point_deviation.
+void add_moments(FieldStatistics& statistics, const WindField& field, int row_index, std::size_t component,
+                 const RowSeries& series) {
+  RowStatistics& row = statistics.rows[static_cast<std::size_t>(row_index)];
+  row.height = field.grid.z(row_index);
+  row.mean[component] = series.mean.mean();
+  const Eigen::ArrayXd variance = series.fluctuation.cwiseAbs2().colwise().mean().transpose();
+  row.deviation[component] = std::sqrt(variance.mean());
+  for (Eigen::Index j = 0; j < variance.size(); ++j) {
+    statistics.point_mean[component].push_back(series.mean[j]);
+    statistics.point_deviation[component].push_back(std::sqrt(variance[j]));
+  }
+  if (component != 0) return;
+  row.turbulence_intensity = row.mean[0] > 0 ? row.deviation[0] / row.mean[0] : 0;
+  row.covariance_uw = series.fluctuation.cwiseProduct(row_series(field, row_index, 2).fluctuation).mean();
+}
+
 // (bins x points * segments): point j of segment s in column s * points + j.
 Eigen::MatrixXcd spectra_of(const Eigen::MatrixXd& fluctuation, const Segments& segments) {
   if (segments.window.size() == 0) return half_spectra_from_samples(fluctuation);
@@ -162,6 +179,17 @@ std::vector<FrequencyBand> logarithmic_bands(int last_bin, double resolution, do
   return bands;
 }
 
+FieldStatistics field_moments(const WindField& field) {
+  check_wind_field(field);
+  FieldStatistics statistics;
+  statistics.rows.resize(static_cast<std::size_t>(field.grid.z_count));
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (int i = 0; i < field.grid.z_count; ++i)
+      add_moments(statistics, field, i, c, row_series(field, i, c));
+  }
+  return statistics;
+}
+
 FieldStatistics field_statistics(const WindField& field, const FieldStatisticsOptions& options) {
   check_wind_field(field);
   const WindGrid& grid = field.grid;
@@ -186,24 +214,10 @@ FieldStatistics field_statistics(const WindField& field, const FieldStatisticsOp
         sums_upward(upward.size(), CoherenceSum(statistics.bands, grid.y_count));
     std::deque<Eigen::MatrixXcd> below;  // spectra of the rows that this one is compared with, nearest first
     for (int i = 0; i < grid.z_count; ++i) {
-      const auto r = static_cast<std::size_t>(i);
       const RowSeries series = row_series(field, i, c);
-      RowStatistics& row = statistics.rows[r];
-      row.height = grid.z(i);
-      row.mean[c] = series.mean.mean();
-      const Eigen::ArrayXd variance = series.fluctuation.cwiseAbs2().colwise().mean().transpose();
-      row.deviation[c] = std::sqrt(variance.mean());
-      for (int j = 0; j < grid.y_count; ++j) {
-        statistics.point_mean[c].push_back(series.mean[j]);
-        statistics.point_deviation[c].push_back(std::sqrt(variance[j]));
-      }
-      if (c == 0) {
-        row.turbulence_intensity = row.mean[0] > 0 ? row.deviation[0] / row.mean[0] : 0;
-        row.covariance_uw = series.fluctuation.cwiseProduct(row_series(field, i, 2).fluctuation).mean();
-      }
-
+      add_moments(statistics, field, i, c, series);
       const Eigen::MatrixXcd spectra = spectra_of(series.fluctuation, segments);
-      statistics.spectra[r][c] = banded(spectra, statistics.bands, segments);
+      statistics.spectra[static_cast<std::size_t>(i)][c] = banded(spectra, statistics.bands, segments);
       for (std::size_t k = 0; k < across.size(); ++k) sums_across[k].add(spectra, spectra, across[k]);
       for (std::size_t k = 0; k < upward.size(); ++k) {
         if (upward[k] <= i) sums_upward[k].add(spectra, below[static_cast<std::size_t>(upward[k] - 1)], 0);

@@ -66,6 +66,9 @@ struct FieldStatistics {
 // range.
 FieldStatistics field_statistics(const WindField& field, const FieldStatisticsOptions& options = {});
 
+// Only rows, point_mean and point_deviation: no spectra, which are most of the work.
+FieldStatistics field_moments(const WindField& field);
+
 // Bins 1 … last_bin in bands of equal width on a log axis, as far as bins allow.
 std::vector<FrequencyBand> logarithmic_bands(int last_bin, double resolution, double bands_per_decade);
 
