@@ -38,6 +38,7 @@ TEST(PlotWind, DrawsALineForEveryProfileRowAndSeparation) {
   EXPECT_EQ(count_of(svg, "stroke-width=\"1.3\""),
             5U + 3 * (3 + 2 + 2) + 3 + 3 * (3 + 2 + 2));  // and the legends
   EXPECT_EQ(count_of(svg, "stroke-dasharray"), 0U);
+  EXPECT_EQ(count_of(svg, "dashed"), 0U);
   EXPECT_EQ(plot_wind(report_of(grid)), svg);
 }
 
@@ -51,6 +52,7 @@ TEST(PlotWind, DrawsTheTargetsThatBelongToWhatIsShown) {
   report.targets.coherence = {{.vertical = true, .cells = 2, .component = 0, .curve = line},
                               {.vertical = true, .cells = 16, .component = 0, .curve = line}};
   EXPECT_EQ(count_of(plot_wind(report), "stroke-dasharray"), 4U);
+  EXPECT_EQ(count_of(plot_wind(report), "target: dashed"), 1U);
 }
 
 TEST(PlotWind, DrawsAFieldThatHasNoSpectrumAndNoPairs) {

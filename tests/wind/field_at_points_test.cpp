@@ -222,9 +222,11 @@ TEST(FieldAtPoints, KeepTheVarianceWhereTheLoopIsFaded) {
   const FieldAtPoints wind(field, 0, loop, points);
   ASSERT_EQ(wind.warnings().size(), 1U);
   EXPECT_EQ(wind.warnings()[0], "the wind field is not periodic: its last 5 s fade into its start");
-  double variance = 0;  // of the 20 faded steps, of white noise of variance 1
-  for (int k = 0; k < 400; ++k)
-    variance += samples(wind, loop, k).bottomRows(20).col(1).squaredNorm() / (20 * 400);
+  Eigen::MatrixXcd spectra(loop.bin_count(), 400);  // of v
+  for (int p = 0; p < loop.bin_count(); ++p) spectra.row(p) = wind.velocity(p).row(1);
+  const Eigen::MatrixXd series = samples_from_half_spectra(spectra, loop.sample_count);
+  // Of the 20 faded steps, of white noise of variance 1.
+  const double variance = series.bottomRows(20).squaredNorm() / (20 * 400);
   // Of 8000 squares the mean scatters by sqrt(2/8000); the fluctuation is about a mean of 200 steps.
   EXPECT_NEAR(variance, 1, 5 * std::sqrt(2.0 / 8000) + 1.0 / 200);
 }

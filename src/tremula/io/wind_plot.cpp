@@ -137,11 +137,19 @@ std::string coherence(const WindReport& report, std::size_t component, bool vert
                false);
 }
 
+bool has_targets(const WindTargets& targets) {
+  return !targets.mean.x.empty() || !targets.spectra.empty() || !targets.coherence.empty() ||
+         std::any_of(targets.deviation.begin(), targets.deviation.end(),
+                     [](const Curve& curve) { return !curve.x.empty(); });
+}
+
 }  // namespace
 
 std::string plot_wind(const WindReport& report) {
   std::string body = svg_text(20, 30, report.title, {.size = 18, .bold = true});
-  body += svg_text(3 * panel_width - 22, 30, "measured: full lines; target: dashed", {.anchor = "end"});
+  if (has_targets(report.targets)) {
+    body += svg_text(3 * panel_width - 22, 30, "measured: full lines; target: dashed", {.anchor = "end"});
+  }
   body += profiles(report);
   for (std::size_t c = 0; c < 3; ++c)
     body += spectra(report, c) + coherence(report, c, false) + coherence(report, c, true);
