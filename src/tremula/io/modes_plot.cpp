@@ -110,32 +110,40 @@ View view_of(const Skeleton& skeleton, const Displacement& shape, ModeKind kind)
   return {Vec3(std::cos(heading), std::sin(heading), 0), Vec3::UnitZ(), print("heading %d\u00b0", degrees)};
 }
 
-// Which branches a drawing has: those on whose end something hangs that is thick or moves a lot.
+// Which branches a drawing has: half of them carry what moves most, half what is thickest. What carries them
+// is there too.
 std::vector<int> branches_to_draw(const Skeleton& skeleton, const Displacement& shape, int most) {
   const int count = skeleton.branch_count();
-  std::vector<int> chosen(static_cast<std::size_t>(count));
-  std::iota(chosen.begin(), chosen.end(), 0);
-  if (count <= most) return chosen;
-  std::vector<double> weight(chosen.size());
-  double thickest = 0, farthest = 0;
-  const auto moved = [&](int k) { return shape.segment<3>(6 * k).norm(); };
-  for (int k = 0; k < count; ++k) {
-    thickest = std::max(thickest, skeleton.branches[static_cast<std::size_t>(k)].start_radius);
-    farthest = std::max(farthest, moved(k));
-  }
-  for (int k = count - 1; k >= 0; --k) {
-    const auto i = static_cast<std::size_t>(k);
-    weight[i] = std::max({weight[i], skeleton.branches[i].start_radius / thickest, moved(k) / farthest});
-    if (const int below = skeleton.parent(k); below >= 0) {
-      weight[static_cast<std::size_t>(below)] = std::max(weight[static_cast<std::size_t>(below)], weight[i]);
+  std::vector<int> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  if (count <= most) return order;
+  std::vector<bool> chosen(order.size());
+  int chosen_count = 0;
+  const auto choose = [&](int until, const auto& weight_of) {
+    std::vector<double> weight(order.size());  // the largest of what hangs on the branch, itself included
+    for (int k = count - 1; k >= 0; --k) {
+      const auto i = static_cast<std::size_t>(k);
+      weight[i] = std::max(weight[i], weight_of(k));
+      const int below = skeleton.parent(k);
+      if (below >= 0) weight[std::size_t(below)] = std::max(weight[std::size_t(below)], weight[i]);
     }
+    std::sort(order.begin(), order.end(), [&](int a, int b) {
+      const double wa = weight[std::size_t(a)], wb = weight[std::size_t(b)];
+      return wa != wb ? wa > wb : a < b;
+    });
+    for (std::size_t i = 0; chosen_count < until; ++i) {
+      const auto k = static_cast<std::size_t>(order[i]);
+      if (!chosen[k]) ++chosen_count;
+      chosen[k] = true;
+    }
+  };
+  choose(most / 2, [&](int k) { return shape.segment<3>(6 * k).norm(); });
+  choose(most, [&](int k) { return skeleton.branches[std::size_t(k)].start_radius; });
+  std::vector<int> branches;
+  for (int k = 0; k < count; ++k) {
+    if (chosen[std::size_t(k)]) branches.push_back(k);
   }
-  std::stable_sort(chosen.begin(), chosen.end(), [&](int a, int b) {
-    return weight[static_cast<std::size_t>(a)] > weight[static_cast<std::size_t>(b)];
-  });
-  chosen.resize(static_cast<std::size_t>(most));
-  std::sort(chosen.begin(), chosen.end());
-  return chosen;
+  return branches;
 }
 
 // How much of the mode is shown.
@@ -286,7 +294,7 @@ std::string plot_modes(const Skeleton& skeleton, const Modes& modes, const ModeQ
   if (skeleton.branch_count() > options.branch_count) {
     body += svg_text(page_width - margin, bottom + 1,
                      "Each drawing has the " + std::to_string(options.branch_count) +
-                         " branches that are thickest or move most.",
+                         " branches that move most or are thickest.",
                      {.size = 11, .anchor = "end"});
   }
   return svg_document(page_width, bottom + 20, options.title + ": modes", body);

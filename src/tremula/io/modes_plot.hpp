@@ -14,7 +14,7 @@ struct ModesPlotOptions {
   int shape_count = 10;           // how many of the lowest modes are drawn as shapes, fewer where there are
   double displacement = 0.12;     // of what moves most, as part of the size of the plant
   double largest_rotation = 0.5;  // [rad]; short twigs would stretch to the former
-  int branch_count = 4000;        // no drawing has more branches: the thickest, and those that move most
+  int branch_count = 4000;        // no drawing has more: those that move most, and the thickest
 };
 
 // SVG text. Each shape is seen from the side, so that the horizontal direction in which the mode moves most

@@ -3,6 +3,8 @@
 #include "tremula/geometry/axes.hpp"
 #include "tremula/structure/element_blocks.hpp"
 
+#include <tbb/parallel_for.h>
+
 namespace tremula {
 namespace {
 
@@ -90,10 +92,13 @@ ModeQuality assess_modes(const Structure& structure, const Modes& modes, const s
   ModeQuality quality;
   const Eigen::MatrixX3d forces = rigid_translation_forces(structure, quality.total_mass);
   quality.participation = modes.shapes.transpose() * forces;
-  for (int r = 0; r < modes.count(); ++r) {
-    quality.energy.push_back(energy_shares(structure, modes.shapes.col(r), trunk));
-    quality.kind.push_back(kind_of(quality.energy.back()));
-  }
+  const auto count = static_cast<std::size_t>(modes.count());
+  quality.energy.resize(count);
+  quality.kind.resize(count);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t r) {
+    quality.energy[r] = energy_shares(structure, modes.shapes.col(static_cast<Eigen::Index>(r)), trunk);
+    quality.kind[r] = kind_of(quality.energy[r]);
+  });
   return quality;
 }
 
