@@ -144,6 +144,7 @@ Shape shape_at(const Beam& beam, double s) {
   const Shape own = own_shape_at(beam, s);
   return beam.base.translation > 0 || beam.base.rotation > 0 ? on_compliant_base(beam, own) : own;
 }
+
 ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia) {
   ElementMass mass;
   for (const QuadraturePoint& point : quadrature_for(beam)) {
