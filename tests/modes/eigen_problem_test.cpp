@@ -37,10 +37,11 @@ TEST(EigenProblem, OfAFrameIsSymmetricAndARootOfTheCompliance) {
   const FrameMatrices matrices = assemble_frame(braced());
   const EigenProblem problem = eigen_problem(matrices);
   const Eigen::VectorXd a = Eigen::VectorXd::Random(problem.size), b = Eigen::VectorXd::Random(problem.size);
-  Eigen::VectorXd of_a, of_b;
-  problem.apply(a, of_a);
+  Eigen::VectorXd of_a(problem.size), of_b(problem.size);
+  const double a_of_a = problem.apply(a, of_a);
   problem.apply(b, of_b);
   EXPECT_NEAR(a.dot(of_b), b.dot(of_a), 1e-12 * of_a.norm() * b.norm());
+  EXPECT_NEAR(a_of_a / a.dot(of_a), 1, 1e-14);
   const Eigen::VectorXd q = problem.displacement(a);
   EXPECT_NEAR(q.dot(matrices.mass * q) / a.dot(of_a), 1, 1e-12);
   EXPECT_NEAR(q.dot(matrices.stiffness * q) / a.squaredNorm(), 1, 1e-9);

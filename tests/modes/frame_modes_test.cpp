@@ -26,7 +26,7 @@ void expect_modes(const FrameMatrices& matrices, const Eigen::VectorXd& omega, i
     ASSERT_EQ(modes.count(), count);
     for (int r = 0; r < count; ++r) {
       EXPECT_NEAR(modes.omega()[r] / omega[r], 1, tolerance) << "mode " << r;
-      EXPECT_LT(modes.error_bound[r], 1e-11);
+      EXPECT_LT(modes.error_bound[r], ModeOptions{}.tolerance);
     }
     EXPECT_GE(modes.count_below, count);
     EXPECT_EQ(modes.count_below, modes.count_by_inertia);

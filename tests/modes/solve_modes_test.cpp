@@ -357,7 +357,8 @@ TEST(SolveModes, AgreeWithTheAssembledEigenproblem) {
 TEST(SolveModes, DenseAndIterativeAgreeToAllDigits) {
   const Structure structure = assemble(test::random_tree(90, 3), {.material = find_material("paper")});
   const Modes dense = solve_modes(structure, {.count = 20, .method = ModeMethod::dense});
-  const Modes iterative = solve_modes(structure, {.count = 20, .method = ModeMethod::iterative});
+  const Modes iterative =
+      solve_modes(structure, {.count = 20, .method = ModeMethod::iterative, .tolerance = 1e-12});
   for (int r = 0; r < 20; ++r) {
     EXPECT_NEAR(dense.frequency[r] / iterative.frequency[r], 1, 1e-12);
     EXPECT_NEAR(std::abs(dense.shapes.col(r).normalized().dot(iterative.shapes.col(r).normalized())), 1,
@@ -365,6 +366,28 @@ TEST(SolveModes, DenseAndIterativeAgreeToAllDigits) {
     EXPECT_LT(dense.error_bound[r], 1e-11);
     EXPECT_LT(iterative.error_bound[r], 1e-11);
   }
+}
+
+TEST(SolveModes, HaveResidualsBelowTheToleranceAskedFor) {
+  for (const int branches : {60, 300}) {
+    const Structure structure = assemble(test::random_tree(branches, 5), {});
+    for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12}) {
+      const Modes modes =
+          solve_modes(structure, {.count = 25, .method = ModeMethod::iterative, .tolerance = tolerance});
+      EXPECT_LT(modes.residual.maxCoeff(), 2 * tolerance) << branches << " branches, " << tolerance;
+    }
+  }
+}
+
+TEST(SolveModes, AreTheSameWhenMemoryIsShort) {
+  const Structure structure = assemble(test::random_tree(200, 5), {});
+  const Modes free = solve_modes(structure, {.count = 20, .tolerance = 1e-12});
+  // Room for some 45 vectors of 1200 numbers, and a little for lanes that stay empty.
+  const std::size_t limit = 48 * 1200 * sizeof(double);
+  const Modes bounded = solve_modes(structure, {.count = 20, .tolerance = 1e-12, .memory_limit = limit});
+  EXPECT_GE(bounded.operator_count, free.operator_count);
+  for (int r = 0; r < 20; ++r) EXPECT_NEAR(bounded.frequency[r] / free.frequency[r], 1, 1e-12) << r;
+  EXPECT_THROW(solve_modes(structure, {.count = 20, .memory_limit = 100000}), InputError);
 }
 
 TEST(SolveModes, DoNotDependOnWhereATreeIsCut) {

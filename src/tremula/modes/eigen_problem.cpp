@@ -55,16 +55,21 @@ EigenProblem eigen_problem(const FrameMatrices& matrices) {
   }
   const auto indefinite = std::make_shared<Eigen::SimplicialLDLT<Matrix>>();
   indefinite->analyzePattern(matrices.stiffness + matrices.mass);
-  const auto displacement = [cholesky](const Eigen::VectorXd& s) -> Eigen::VectorXd {
+  const auto displacement = [cholesky](Eigen::Ref<const Eigen::VectorXd> s) -> Eigen::VectorXd {
     return cholesky->permutationPinv() * Eigen::VectorXd(cholesky->matrixU().solve(s));
   };
-  return {matrices.size(),
-          [cholesky, displacement, &matrices](const Eigen::VectorXd& in, Eigen::VectorXd& out) {
-            const Eigen::VectorXd inertia = matrices.mass * displacement(in);
-            out = cholesky->matrixL().solve(Eigen::VectorXd(cholesky->permutationP() * inertia));
-          },
-          displacement,
-          [indefinite, &matrices](double omega) { return count_below(*indefinite, matrices, omega); }};
+  return {.size = matrices.size(),
+          .degrees_of_freedom = matrices.size(),
+          .apply =
+              [cholesky, displacement, &matrices](Eigen::Ref<const Eigen::VectorXd> in,
+                                                  Eigen::Ref<Eigen::VectorXd> out) {
+                const Eigen::VectorXd inertia = matrices.mass * displacement(in);
+                out = cholesky->matrixL().solve(Eigen::VectorXd(cholesky->permutationP() * inertia));
+                return in.dot(out);
+              },
+          .displacement = displacement,
+          .count_below = [indefinite,
+                          &matrices](double omega) { return count_below(*indefinite, matrices, omega); }};
 }
 
 }  // namespace tremula

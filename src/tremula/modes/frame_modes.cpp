@@ -21,10 +21,8 @@ struct Pairs {
 
 Pairs solve_dense(const EigenProblem& problem) {
   Eigen::MatrixXd form(problem.size, problem.size);
-  Eigen::VectorXd column;
   for (Eigen::Index i = 0; i < problem.size; ++i) {
-    problem.apply(Eigen::VectorXd::Unit(problem.size, i), column);
-    form.col(i) = column;
+    problem.apply(Eigen::VectorXd::Unit(problem.size, i), form.col(i));
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (form + form.transpose()));
   if (solver.info() != Eigen::Success) throw Error("modes: the dense eigenvalue solver did not converge");
@@ -37,12 +35,13 @@ void add_pairs(const EigenProblem& problem, int count, std::uint64_t attempt, co
   const LanczosResult more = largest_eigenpairs(problem.apply, problem.size,
                                                 {.count = count,
                                                  .tolerance = std::min(options.tolerance, 1e-6),
+                                                 .memory_limit = options.memory_limit,
                                                  .start = attempt,
                                                  .progress = options.progress},
                                                 pairs.vectors);
   if (!more.converged) {
-    throw Error("modes: " + std::to_string(more.values.size()) + " of " + std::to_string(count) +
-                " modes converged; ask for fewer modes or a larger tolerance");
+    throw Error("modes: the search for " + std::to_string(count) + " modes did not converge in " +
+                std::to_string(more.operator_count) + " steps; ask for fewer modes or a larger tolerance");
   }
   const Eigen::Index before = pairs.values.size();
   pairs.values.conservativeResize(before + count);
@@ -70,8 +69,8 @@ Modes solve_modes(const FrameMatrices& matrices, const ModeOptions& options) {
                      "1 to " + std::to_string(size) + " (six for each free node)");
   }
   const EigenProblem problem = eigen_problem(matrices);
-  const bool dense = options.method == ModeMethod::dense ||
-                     (options.method == ModeMethod::automatic && (size <= 120 || 3 * count >= size));
+  const bool dense =
+      options.method == ModeMethod::dense || (options.method == ModeMethod::automatic && 2 * count >= size);
   const auto omega_just_above_last = [&](const Pairs& pairs) {
     return (1 + std::max(1e-8, 10 * std::min(options.tolerance, 1e-6))) / std::sqrt(pairs.values[count - 1]);
   };
@@ -102,14 +101,13 @@ Modes solve_modes(const FrameMatrices& matrices, const ModeOptions& options) {
   modes.frequency.resize(count);
   modes.residual.resize(count);
   modes.shapes.resize(size, count);
-  Eigen::VectorXd applied;
+  Eigen::VectorXd image(size);
   for (int r = 0; r < count; ++r) {
-    const double value = pairs.values[r];
+    const Eigen::VectorXd s = pairs.vectors.col(r).normalized();
+    const double value = problem.apply(s, image);  // Rayleigh's quotient
     if (!(value > 0)) throw Error("modes: a mode is too stiff to be resolved; ask for fewer modes");
-    const Eigen::VectorXd s = pairs.vectors.col(r);
-    problem.apply(s, applied);
     modes.frequency[r] = 1 / (2 * std::numbers::pi * std::sqrt(value));
-    modes.residual[r] = (applied - value * s).norm() / value;
+    modes.residual[r] = (image - value * s).norm() / value;
     const Eigen::VectorXd shape = problem.displacement(s) / std::sqrt(value);
     Eigen::Index largest = 0;
     shape.cwiseAbs().maxCoeff(&largest);

@@ -19,6 +19,7 @@ struct Modes {
   int operator_count = 0;       // how often the compliance operator was applied
   int count_below = 0;       // modes found below a frequency just above the last (its duplicates count too)
   int count_by_inertia = 0;  // modes there are below it, by the inertia of K - omega^2 M
+  double check_seconds = 0;  // what the inertia, and the search for what it found missing, took [s]
 
   int count() const { return static_cast<int>(frequency.size()); }
   Eigen::VectorXd omega() const { return frequency * 6.283185307179586476925; }  // [rad/s]

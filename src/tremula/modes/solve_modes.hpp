@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 
 #include "tremula/modes/modes.hpp"
 #include "tremula/structure/structure.hpp"
@@ -17,14 +18,17 @@ enum class ModeMethod {
 struct ModeOptions {
   int count = 40;  // how many of the lowest modes, 1 … 6N; `all_modes` for every one
   ModeMethod method = ModeMethod::automatic;
-  double tolerance = 1e-12;  // of the iterative method: relative residual of omega^-2; at most 1e-6
+  double tolerance = 1e-10;  // of the iterative method: relative residual of omega^-2; at most 1e-6
+  // For the vectors of the search; where they do not fit, it takes longer (restarts). [bytes]
+  std::size_t memory_limit = std::numeric_limits<std::size_t>::max();
   std::function<void(double done)> progress = {};  // 0 … 1; throw to cancel
 };
 inline constexpr int all_modes = -1;
 
 // The lowest modes, none missing: their number is checked against count_modes_below (inertia.hpp), and the
 // search goes on until both agree. Throws InputError when count is 0, below 0 (but for all_modes) or larger
-// than 6N, Error when the iteration does not converge or the counts cannot be made to agree.
+// than 6N or the memory limit is too small, Error when the iteration does not converge or the counts cannot
+// be made to agree.
 Modes solve_modes(const Structure& structure, const ModeOptions& options = {});
 
 // All modes below a frequency [Hz] > 0: as many as count_modes_below says. Throws InputError where there is
