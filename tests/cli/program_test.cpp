@@ -51,6 +51,10 @@ TEST(Program, RefusesBadUsageInOneLine) {
   expect_refused("modes sapling --youngs-modulus -1", {"Young's modulus", "-1", "above 0"});
   expect_refused("modes sapling --shear-modulus 0", {"shear modulus", "above 0"});
   expect_refused("modes sapling --density nan", {"density", "nan", "above 0"});
+  expect_refused("modes sapling --root-rotation-stiffness 0", {"rotational stiffness", "0", "above 0"});
+  expect_refused("modes sapling --root-translation-stiffness -3",
+                 {"translational stiffness", "-3", "above 0"});
+  expect_refused("animate sapling -o a.csv --root-rotation-stiffness nan", {"rotational stiffness", "nan"});
   expect_refused("modes sapling --format xml", {"xml", "json"});
   expect_refused("modes sapling --plot modes.pdf", {"--plot modes.pdf", "'.pdf'", ".svg"});
   expect_refused("grow sapling", {"no output", ".swc"});
@@ -131,6 +135,27 @@ TEST(Program, ModesAsJsonSayWhatEachModeIs) {
     EXPECT_GT(sum[d], 0.5);
     EXPECT_LT(sum[d], 1);
   }
+}
+
+TEST(Program, AStemOnASoftSpringSwaysSlower) {
+  const test::TemporaryFolder folder;
+  const auto modes = [&](const std::string& flags) {
+    const Outcome outcome = run(folder, "modes stam-17 --count 3 --format json " + flags);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    return nlohmann::json::parse(outcome.output);
+  };
+  const auto first = [](const nlohmann::json& json) {
+    return json["modes"][0]["frequency_hz"].get<double>();
+  };
+  const auto clamped = modes(""), tilting = modes("--root-rotation-stiffness 2e2"),
+             shifting = modes("--root-translation-stiffness 2e2"),
+             held = modes("--root-rotation-stiffness inf --root-translation-stiffness inf");
+  EXPECT_LT(first(tilting), 0.9 * first(clamped));
+  EXPECT_LT(first(shifting), 0.9 * first(clamped));
+  EXPECT_EQ(first(held), first(clamped));
+  EXPECT_EQ(tilting["structure"]["root_rotation_stiffness_n_m_rad"], 2e2);
+  EXPECT_EQ(tilting["structure"]["root_translation_stiffness_n_m"], nullptr);
+  EXPECT_EQ(held["structure"], clamped["structure"]);
 }
 
 TEST(Program, ModesAsTableAndCsvSayTheSameAsJson) {

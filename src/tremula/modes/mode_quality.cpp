@@ -18,7 +18,7 @@ Eigen::MatrixX3d rigid_translation_forces(const Structure& structure, double& to
   total_mass = 0;
   for (int k = 0; k < structure.branch_count(); ++k) {
     const auto index = static_cast<std::size_t>(k);
-    const MassBlocks mass = mass_blocks(structure.masses[index], structure.direction[index]);
+    const ElementBlocks mass = mass_blocks(structure.masses[index], structure.direction[index]);
     const SixByThree at_start = (mass.start + mass.cross) * translation;
     const SixByThree at_end = (mass.cross.transpose() + mass.end) * translation;
     total_mass += at_start(0, 0) + at_end(0, 0);
