@@ -1,45 +1,168 @@
 // tremula info: what is in a file, in numbers.
 
+#include "tremula/io/turbsim.hpp"
+
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 
 #include "commands.hpp"
 #include "common.hpp"
+#include "wind_report.hpp"
 
 namespace tremula::cli {
 namespace {
+
+// The program that wrote a file may have put anything there.
+std::string printable(std::string text) {
+  for (char& c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7E) c = '?';
+  }
+  return text;
+}
+
+Json by_component(const std::array<Json, 3>& values) {
+  return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
+}
+
+struct TowerStatistics {
+  std::array<Json, 3> mean, deviation;
+};
+
+TowerStatistics tower_statistics(const WindField& field) {
+  TowerStatistics statistics;
+  const auto count = static_cast<std::size_t>(field.tower_count);
+  for (std::size_t c = 0; c < 3; ++c) {
+    statistics.mean[c] = statistics.deviation[c] = Json::array();
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::vector<float>& values = field.tower[c];
+      const double steps = field.grid.step_count;
+      double mean = 0, variance = 0;
+      for (std::size_t i = k; i < values.size(); i += count) mean += static_cast<double>(values[i]) / steps;
+      for (std::size_t i = k; i < values.size(); i += count)
+        variance += std::pow(static_cast<double>(values[i]) - mean, 2) / steps;
+      statistics.mean[c].push_back(mean);
+      statistics.deviation[c].push_back(std::sqrt(variance));
+    }
+  }
+  return statistics;
+}
 
 struct InfoCommand {
   std::string input, format = "table";
 
   void run() const {
-    const Plant plant = open_plant(input);
-    const Json json = describe(plant);
-    if (format == "json") {
-      std::cout << json.dump(1) << '\n';
-      return;
+    if (lower_extension(input) == ".bts") {
+      run_on_wind();
+    } else {
+      run_on_plant();
     }
-    for (const auto& [key, value] : json.items()) {
-      if (key == "repairs") continue;
-      std::cout << key << std::string(key.size() < 16 ? 16 - key.size() : 1, ' ')
-                << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
-    }
-    for (const Repair& repair : plant.imported.repairs)
-      std::cout << "repaired        " << repair.message << '\n';
   }
+
+  void run_on_plant() const;
+  void run_on_wind() const;
 };
+
+void InfoCommand::run_on_plant() const {
+  const Plant plant = open_plant(input);
+  const Json json = describe(plant);
+  if (format == "json") {
+    std::cout << json.dump(1) << '\n';
+    return;
+  }
+  for (const auto& [key, value] : json.items()) {
+    if (key == "repairs") continue;
+    std::cout << key << std::string(key.size() < 16 ? 16 - key.size() : 1, ' ')
+              << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
+  }
+  for (const Repair& repair : plant.imported.repairs)
+    std::cout << "repaired        " << repair.message << '\n';
+}
+
+void print_line(double height, const std::array<double, 3>& mean, const std::array<double, 3>& deviation) {
+  std::printf("%10.3f %9.3f %9.3f %9.3f %9.3f %9.3f %9.3f\n", height, mean[0], mean[1], mean[2], deviation[0],
+              deviation[1], deviation[2]);
+}
+
+void InfoCommand::run_on_wind() const {
+  const TurbSimFile file = read_turbsim(input);
+  const WindField field = wind_field(file);
+  const FieldStatistics statistics = field_moments(field);
+  const TowerStatistics tower = tower_statistics(field);
+  const WindGrid& grid = field.grid;
+  std::vector<double> tower_heights;
+  for (int k = 0; k < file.tower_count; ++k) tower_heights.push_back(file.tower_height(k));
+
+  if (format == "json") {
+    const auto by_point = [&](const std::array<std::vector<double>, 3>& values) {
+      std::array<Json, 3> components;
+      for (std::size_t c = 0; c < 3; ++c) {
+        components[c] = Json::array();
+        for (int i = 0; i < grid.z_count; ++i) {
+          const auto first = values[c].begin() + static_cast<std::ptrdiff_t>(i) * grid.y_count;
+          components[c].push_back(std::vector<double>(first, first + grid.y_count));
+        }
+      }
+      return by_component(components);
+    };
+    std::vector<double> heights, across;
+    for (int i = 0; i < grid.z_count; ++i) heights.push_back(grid.z(i));
+    for (int j = 0; j < grid.y_count; ++j) across.push_back(grid.y(j));
+    Json json = {{"format", "turbsim-bts"}, {"id", file.periodic ? 8 : 7}, {"text", printable(file.text)}};
+    json.update(describe(grid));
+    json.update(Json{{"tower_points", file.tower_count},
+                     {"slope", file.slope},
+                     {"offset", file.offset},
+                     {"y_m", across},
+                     {"z_m", heights},
+                     {"mean_m_s", by_point(statistics.point_mean)},
+                     {"deviation_m_s", by_point(statistics.point_deviation)},
+                     {"tower",
+                      {{"z_m", tower_heights},
+                       {"mean_m_s", by_component(tower.mean)},
+                       {"deviation_m_s", by_component(tower.deviation)}}}});
+    std::cout << json.dump(1) << '\n';
+    return;
+  }
+  std::printf("format      turbsim-bts (id %d, %s)\n", file.periodic ? 8 : 7,
+              file.periodic ? "periodic" : "not periodic");
+  std::printf("text        %s\n", printable(file.text).c_str());
+  std::printf("grid        %d x %d points (y x z), %.6g x %.6g m apart, from z = %.6g m\n", grid.y_count,
+              grid.z_count, grid.y_spacing, grid.z_spacing, grid.bottom);
+  std::printf("tower       %d points\n", file.tower_count);
+  std::printf("time        %d steps of %.6g s: %.6g s\n", grid.step_count, grid.step, grid.period());
+  std::printf("mean speed  %.6g m/s at %.6g m\n\n", grid.mean_speed, grid.reference_height);
+  std::printf("%10s %9s %9s %9s %9s %9s %9s\n", "height_m", "mean_u", "mean_v", "mean_w", "dev_u", "dev_v",
+              "dev_w");
+  for (auto row = statistics.rows.rbegin(); row != statistics.rows.rend(); ++row)
+    print_line(row->height, row->mean, row->deviation);
+  if (file.tower_count > 0) std::printf("tower\n");
+  for (std::size_t k = 0; k < tower_heights.size(); ++k) {
+    std::array<double, 3> mean, deviation;
+    for (std::size_t c = 0; c < 3; ++c) {
+      mean[c] = tower.mean[c][k].get<double>();
+      deviation[c] = tower.deviation[c][k].get<double>();
+    }
+    print_line(tower_heights[k], mean, deviation);
+  }
+}
 
 }  // namespace
 
 void add_info(CLI::App& app) {
   auto command = std::make_shared<InfoCommand>();
-  CLI::App& sub = *app.add_subcommand("info", "What is in a file: counts, extents, repairs");
-  sub.add_option("FILE", command->input, "A tree file, an L-system (.lsys) or the name of a preset")
+  CLI::App& sub = *app.add_subcommand("info", "What is in a file: counts, extents, repairs, wind by height");
+  sub.add_option("FILE", command->input,
+                 "A tree file, an L-system (.lsys), the name of a preset, or a wind field (.bts)")
       ->required();
   sub.add_option("--format", command->format, "table or json")
       ->check(CLI::IsMember({"table", "json"}))
       ->capture_default_str();
-  sub.footer("Examples:\n  tremula info scan.mat\n  tremula info oak --format json\n");
+  sub.footer(
+      "Examples:\n"
+      "  tremula info scan.mat\n"
+      "  tremula info oak --format json\n"
+      "  tremula info field.bts                         mean and deviation [m/s] by height\n");
   sub.callback([command] { command->run(); });
 }
 

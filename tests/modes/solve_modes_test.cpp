@@ -18,6 +18,7 @@
 #include <string>
 #include <vector>
 
+#include "long_double_reference.hpp"
 #include "structure/assembled.hpp"
 #include "support.hpp"
 #include "trees.hpp"
@@ -410,6 +411,72 @@ TEST(SolveModes, DoNotDependOnWhereATreeIsCut) {
     EXPECT_LE(halves.frequency[r], whole.frequency[r] * (1 + 1e-12));
     EXPECT_GT(halves.frequency[r], whole.frequency[r] * (1 - 1e-2));
   }
+}
+
+// Every branch as so many pieces of the same taper.
+Skeleton cut_into(const Skeleton& skeleton, int pieces) {
+  Skeleton cut;
+  cut.roots = skeleton.roots;
+  const int roots = skeleton.root_count();
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& b = skeleton.branches[static_cast<std::size_t>(k)];
+    int start = b.start_node < roots ? b.start_node : roots + (b.start_node - roots + 1) * pieces - 1;
+    const auto at = [&](int i) { return static_cast<double>(i) / pieces; };
+    for (int i = 0; i < pieces; ++i) {
+      const auto point = [&](double t) { return Vec3(b.start + t * (b.end - b.start)); };
+      const auto radius = [&](double t) { return b.start_radius + t * (b.end_radius - b.start_radius); };
+      cut.branches.push_back(
+          test::make_branch(start, point(at(i)), point(at(i + 1)), radius(at(i)), radius(at(i + 1))));
+      start = cut.end_node(k * pieces + i);
+    }
+  }
+  return cut;
+}
+
+double largest_error(const Structure& structure, const Modes& modes) {
+  const test::LongVector exact = test::long_frequencies(structure, modes.shapes);
+  return static_cast<double>(
+      (modes.frequency.cast<long double>().cwiseQuotient(exact).array() - 1).abs().maxCoeff());
+}
+
+TEST(SolveModes, OfRandomTreesHaveTwelveDigitsOfALongDoubleReference) {
+  for (const int branches : {17, 62, 212, 692, 2257}) {
+    for (const char* material : {"paper", "green-wood"}) {
+      const Structure structure =
+          assemble(test::random_tree(branches, 40), {.material = find_material(material)});
+      const Modes modes = solve_modes(structure, {.count = std::min(40, 2 * branches)});
+      EXPECT_LT(largest_error(structure, modes), 1e-13) << branches << " branches of " << material;
+    }
+  }
+}
+
+TEST(SolveModes, KeepTheirDigitsWhereEveryBranchIsCutIntoSixtyFour) {
+  for (const int branches : {17, 62}) {
+    const Structure structure =
+        assemble(cut_into(test::random_tree(branches, 40), 64), {.material = find_material("paper")});
+    const Modes modes = solve_modes(structure, {.count = 40});
+    EXPECT_LT(largest_error(structure, modes), 1e-11) << branches << " branches";
+  }
+}
+
+TEST(SolveModes, OfWoodThatTwistsEasilyBeginWithTorsion) {
+  Material rubbery = find_material("paper");
+  rubbery.shear_modulus = 1e5;
+  const Structure structure = assemble(test::random_tree(62, 4), {.material = rubbery});
+  const Modes modes = solve_modes(structure, {.count = 40, .method = ModeMethod::iterative});
+  EXPECT_EQ(modes.count_by_inertia, modes.count_below);
+  EXPECT_LT(largest_error(structure, modes), 1e-12);
+  // The elastic energy of the lowest mode is in twist about the branches.
+  double twist = 0, all = 0;
+  for (int k = 0; k < structure.branch_count(); ++k) {
+    const auto index = static_cast<std::size_t>(k);
+    const EndDisplacements ends = end_displacements(structure, modes.shapes.col(0), k);
+    const double angle = (ends.end_rotation - ends.start_rotation).dot(structure.direction[index]);
+    twist += angle * angle / structure.compliances[index].torsion;
+  }
+  all = modes.shapes.col(0).dot(apply_stiffness(structure, modes.shapes.col(0)));
+  EXPECT_GT(twist / all, 0.9);
+  EXPECT_NEAR(all / std::pow(modes.omega()[0], 2), 1, 1e-6);
 }
 
 TEST(SolveModes, TurnWithTheTree) {

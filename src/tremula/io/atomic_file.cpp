@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <system_error>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -39,13 +40,6 @@ int write_all(int file, std::string_view bytes) {
   return 0;
 }
 
-// Pipes and devices (/dev/stdout) cannot be renamed onto: they get the bytes as they come.
-void write_directly(const std::string& path, std::string_view bytes) {
-  const Descriptor file{::open(path.c_str(), O_WRONLY | O_CLOEXEC)};
-  if (file.number < 0) cannot_write(path, errno);
-  if (const int error = write_all(file.number, bytes); error != 0) cannot_write(path, error);
-}
-
 // What PATH leads to, so that a link stays a link and the file it names is replaced.
 std::filesystem::path behind_links(std::filesystem::path path) {
   std::error_code ignored;
@@ -74,21 +68,43 @@ NewFile create_beside(const std::filesystem::path& target, const std::string& pa
 
 }  // namespace
 
-void write_file_atomically(const std::string& path, std::string_view bytes) {
+AtomicFile::AtomicFile(const std::string& path) : path_(path) {
   struct stat status;
   const bool exists = ::stat(path.c_str(), &status) == 0;
   if (exists && S_ISDIR(status.st_mode)) cannot_write(path, EISDIR);
-  if (exists && !S_ISREG(status.st_mode)) return write_directly(path, bytes);
-
+  if (exists && !S_ISREG(status.st_mode)) {
+    descriptor_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (descriptor_ < 0) cannot_write(path, errno);
+    return;
+  }
   const std::filesystem::path target = behind_links(path);
   const NewFile beside = create_beside(target, path);
-  int error = write_all(beside.descriptor, bytes);
-  if (error == 0 && exists) ::fchmod(beside.descriptor, status.st_mode & 07777);  // best effort
-  if (::close(beside.descriptor) != 0 && error == 0) error = errno;
-  if (error == 0 && ::rename(beside.path.c_str(), target.c_str()) != 0) error = errno;
-  if (error == 0) return;
-  ::unlink(beside.path.c_str());
-  cannot_write(path, error);
+  target_ = target.string();
+  beside_ = beside.path;
+  descriptor_ = beside.descriptor;
+  if (exists) ::fchmod(descriptor_, status.st_mode & 07777);  // best effort
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!beside_.empty()) ::unlink(beside_.c_str());
+}
+
+void AtomicFile::write(std::string_view bytes) {
+  if (const int error = write_all(descriptor_, bytes); error != 0) cannot_write(path_, error);
+}
+
+void AtomicFile::commit() {
+  if (::close(std::exchange(descriptor_, -1)) != 0) cannot_write(path_, errno);
+  if (beside_.empty()) return;
+  if (::rename(beside_.c_str(), target_.c_str()) != 0) cannot_write(path_, errno);
+  beside_.clear();
+}
+
+void write_file_atomically(const std::string& path, std::string_view bytes) {
+  AtomicFile file(path);
+  file.write(bytes);
+  file.commit();
 }
 
 std::string read_file(const std::string& path, std::size_t max_bytes) {

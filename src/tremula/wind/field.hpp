@@ -29,7 +29,7 @@ struct WindGrid {
 
 // velocity[c] has component c (u along the mean wind with the mean in it, v, w) [m/s] at
 // (step * z_count + row) * y_count + column. A tower of single points below the grid, where there is one:
-// tower[c] at step * tower_count + k, k-th point at height bottom - (k + 1) z_spacing, y = 0.
+// tower[c] at step * tower_count + k, k-th point at height bottom - k z_spacing, y = 0.
 struct WindField {
   WindGrid grid;
   std::array<std::vector<float>, 3> velocity;
