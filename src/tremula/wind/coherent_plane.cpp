@@ -14,7 +14,7 @@ constexpr int lanes = 8;
 void square_separations(int length, double decay_per_cell, FftArray<float>& squares) {
   squares.resize(static_cast<std::size_t>(length));
   for (int i = 0; i < length; ++i) {
-    const double separation = std::min(1e3, decay_per_cell * std::min(i, length - i));
+    const double separation = std::min(1e3, decay_per_cell) * std::min(i, length - i);
     squares[static_cast<std::size_t>(i)] = static_cast<float>(separation * separation);
   }
 }
