@@ -191,7 +191,7 @@ void TurbulentWindAtPoints::State::set_levels(const Eigen::Matrix3Xd& points) {
       level_share[static_cast<std::size_t>(k)] = static_cast<float>(at - below);
     }
   }
-  for (const double height : level_height) level_speed.push_back(mean_speed(wind.mean, height));
+  for (const double z : level_height) level_speed.push_back(mean_speed(wind.mean, z));
 }
 
 TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const TimeAxis& axis,
