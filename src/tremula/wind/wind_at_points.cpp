@@ -27,7 +27,11 @@ constexpr double level_step = 0.02;
 constexpr Eigen::Index fewest_interpolated = 512;
 
 // A node holds u, v, w as complex numbers, and fills a vector register: a corner of a cell is one load.
-constexpr int node_size = 8;
+// Beside them is the noise of the cell that begins at the node; together they fill a cache line.
+constexpr int node_size = 16, noise_of_cell = 8, lanes = 8;
+
+// Noise of the cells has bins of its own.
+constexpr std::uint32_t cell_bins = 1U << 31;
 
 // Points are worked off in pieces that stay in the first-level cache.
 constexpr int piece = 128;
@@ -44,14 +48,16 @@ struct Work {
   CoherentPlaneWork plane;
   FftArray<float> nodes;
   std::vector<float> levels;
-  std::array<std::vector<std::complex<float>>, 3> noise;
+  std::array<std::vector<std::complex<float>>, 3> noise;  // of points without coherence
+  std::vector<std::complex<float>> cell_noise;
 };
 
-// Corner weights of a piece of points, and what restores the variance of each component.
+// Corner weights of a piece of points, and how much noise of the cell restores the variance of each
+// component.
 struct Corners {
   std::int32_t node[piece];  // first float of the lower left node
   alignas(64) float weight[4][piece];
-  alignas(64) float factor[3][piece];
+  alignas(64) float missing[3][piece];
 };
 
 struct CellShape {
@@ -77,7 +83,7 @@ TREMULA_CLONES void find_corners(int count, const float* across, const float* up
     for (int c = 0; c < 3; ++c) {
       const float variance = same_column * same_row + two_columns * same_row * cell.across[c] +
                              same_column * two_rows * cell.up[c] + two_columns * two_rows * cell.diagonal[c];
-      corners.factor[c][i] = 1 / std::sqrt(variance);
+      corners.missing[c][i] = std::sqrt(std::max(0.0F, 1 - variance));
     }
   }
 }
@@ -89,8 +95,8 @@ TREMULA_CLONES void interpolate(int count, const float* nodes, std::int32_t next
     const float* high = low + next_row;
     const float w0 = corners.weight[0][i], w1 = corners.weight[1][i], w2 = corners.weight[2][i],
                 w3 = corners.weight[3][i];
-    for (int k = 0; k < node_size; ++k) {
-      values[node_size * i + k] =
+    for (int k = 0; k < lanes; ++k) {
+      values[lanes * i + k] =
           (w0 * low[k] + w1 * low[next_column + k]) + (w2 * high[k] + w3 * high[next_column + k]);
     }
   }
@@ -263,7 +269,8 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, Work& work) const {
       draw_noise(wind.amplitudes, wind.seed, streams[c], static_cast<std::uint32_t>(bin),
                  work.noise[c].size(), work.noise[c].data());
       for (std::size_t node = 0; node < columns * rows; ++node) {
-        work.nodes[node * node_size + 2 * c] = work.nodes[node * node_size + 2 * c + 1] = 0;
+        std::fill_n(work.nodes.data() + node * node_size + 2 * c, 2, 0.0F);
+        std::fill_n(work.nodes.data() + node * node_size + noise_of_cell + 2 * c, 2, 0.0F);
       }
       continue;
     }
@@ -276,6 +283,9 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, Work& work) const {
     const int which = same(chosen.decays[c], set[0]) ? 0 : 1;
     chosen.plane->draw(wind.amplitudes, wind.seed, streams[c], static_cast<std::uint32_t>(bin), which,
                        work.plane);
+    work.cell_noise.resize(columns * rows);
+    draw_noise(wind.amplitudes, wind.seed, streams[c], cell_bins + static_cast<std::uint32_t>(bin),
+               work.cell_noise.size(), work.cell_noise.data());
     const float scale = work.plane.scale[static_cast<std::size_t>(which)];
     for (std::size_t row = 0; row < rows; ++row) {
       const std::complex<float>* from =
@@ -284,6 +294,8 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, Work& work) const {
       for (std::size_t i = 0; i < columns; ++i) {
         to[node_size * i] = scale * from[i].real();
         to[node_size * i + 1] = scale * from[i].imag();
+        to[node_size * i + noise_of_cell] = work.cell_noise[row * columns + i].real();
+        to[node_size * i + noise_of_cell + 1] = work.cell_noise[row * columns + i].imag();
       }
     }
   }
@@ -328,7 +340,7 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin) const {
 
   Eigen::Matrix3Xcd velocity(3, s.count);
   Corners corners;
-  alignas(64) float values[piece * node_size], cosines[piece], sines[piece];
+  alignas(64) float values[piece * lanes], cosines[piece], sines[piece];
   for (Eigen::Index start = 0; start < s.count; start += piece) {
     const int count = static_cast<int>(std::min<Eigen::Index>(piece, s.count - start));
     find_corners(count, s.across.data() + start, s.up.data() + start, cell, corners);
@@ -337,9 +349,9 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin) const {
       if (chosen.coherent[c]) continue;
       for (int i = 0; i < count; ++i) {
         const std::complex<float> noise = work.noise[c][static_cast<std::size_t>(start + i)];
-        corners.factor[c][i] = 1;
-        values[node_size * i + 2 * static_cast<int>(c)] = noise.real();
-        values[node_size * i + 2 * static_cast<int>(c) + 1] = noise.imag();
+        corners.missing[c][i] = 0;
+        values[lanes * i + 2 * static_cast<int>(c)] = noise.real();
+        values[lanes * i + 2 * static_cast<int>(c) + 1] = noise.imag();
       }
     }
     phases_along(count, turns_per_metre, s.along.data() + start, cosines, sines);
@@ -347,11 +359,12 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin) const {
       const auto point = static_cast<std::size_t>(start + i);
       const float* level = work.levels.data() + 4 * s.level[point];
       const float share = s.level_share[point];
+      const float* noise = work.nodes.data() + corners.node[i] + noise_of_cell;
       float real[3], imaginary[3];
       for (int c = 0; c < 3; ++c) {
-        const float amplitude = (level[c] + share * (level[4 + c] - level[c])) * corners.factor[c][i];
-        const float x = amplitude * values[node_size * i + 2 * c];
-        const float y = amplitude * values[node_size * i + 2 * c + 1];
+        const float amplitude = level[c] + share * (level[4 + c] - level[c]), missing = corners.missing[c][i];
+        const float x = amplitude * (values[lanes * i + 2 * c] + missing * noise[2 * c]);
+        const float y = amplitude * (values[lanes * i + 2 * c + 1] + missing * noise[2 * c + 1]);
         real[c] = x * cosines[i] - y * sines[i];
         imaginary[c] = x * sines[i] + y * cosines[i];
       }

@@ -20,8 +20,9 @@
 namespace tremula {
 
 struct WindAtPointsOptions {
-  // Spacing of the nodes in decay lengths of the component that decays fastest. The root-coherence of points
-  // that lie closer together than the spacing comes out too high by up to a quarter of this.
+  // Spacing of the nodes in decay lengths of the component that decays fastest. At 0.2 the root-coherence of
+  // points more than 1.5 spacings apart is off by less than 0.02, of nearer ones by up to 0.09; of those
+  // within half a spacing, 0.04 rms.
   double resolution = 0.2;
   // The most nodes of a periodic plane. Where it is reached, at high frequencies, the nodes lie further apart
   // than `resolution` says. 0: three times the number of points, within 4096 and 32768.
