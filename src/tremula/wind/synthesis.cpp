@@ -307,6 +307,7 @@ WindField synthesise_wind(const TurbulentWind& wind, const WindGrid& grid, const
   SynthesisReport report;
   Planes planes(grid.z_count);
   const auto rows = static_cast<std::size_t>(grid.z_count), columns = static_cast<std::size_t>(grid.y_count);
+  Coefficients coefficients(grid.point_count(), static_cast<std::size_t>(axis.bin_count()));
   for (int component = 0; component < 3; ++component) {
     const auto c = static_cast<std::size_t>(component);
     std::vector<double> factors(rows, 1.0);
@@ -318,7 +319,6 @@ WindField synthesise_wind(const TurbulentWind& wind, const WindGrid& grid, const
       if (options.match_variance) factors[row] = std::sqrt(variance[component] / resolved);
     }
     const std::vector<Job> jobs = plan_jobs(wind, grid, axis, component, options, planes);
-    Coefficients coefficients(grid.point_count(), static_cast<std::size_t>(axis.bin_count()));
     std::vector<Complex> mean(grid.point_count());
     if (component == 0) {
       for (std::size_t k = 0; k < mean.size(); ++k) {
