@@ -333,6 +333,12 @@ TEST(SynthesiseWind, WorksForOnePointOneStepAndNoWind) {
   for (const std::vector<float>& component : synthesise_wind(calm, small).velocity) {
     for (const float value : component) ASSERT_EQ(value, 0);
   }
+  for (const double speed : {1e-300, 1e-12, 1e-3}) {
+    for (const std::vector<float>& component :
+         synthesise_wind(turbulent_wind({.speed = speed}, 0.2), small).velocity) {
+      for (const float value : component) ASSERT_TRUE(std::isfinite(value)) << speed;
+    }
+  }
 }
 
 TEST(SynthesiseWind, RefusesGridsAndSettingsThatCannotBe) {

@@ -49,6 +49,8 @@ Eigen::MatrixXcd half_spectra_from_samples(const Eigen::MatrixXd& samples) {
   return half_spectra;
 }
 
+// KissFFT's transforms write to a buffer of their own where a factor is 7 or more, const or not: threads need
+// copies.
 struct RealSeries::Plan {
   kissfft<float> transform;
 };
@@ -60,6 +62,7 @@ RealSeries::RealSeries(int sample_count, int batch)
 
 void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
   const int count = sample_count_;
+  const kissfft<float> transform = plan_->transform;
   std::vector<std::complex<float>> both(static_cast<std::size_t>(count)), series(both.size());
   // Two real series at a time, as real and imaginary part of one complex series.
   for (int b = 0; b < batch_; b += 2) {
@@ -77,7 +80,7 @@ void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
         both[both.size() - bin] = std::conj(first[k]) + i * std::conj(second[k]);
       }
     }
-    plan_->transform.transform(both.data(), series.data());
+    transform.transform(both.data(), series.data());
     float* out = samples + static_cast<std::ptrdiff_t>(b) * pitch();
     for (std::size_t t = 0; t < series.size(); ++t) {
       out[t] = series[t].real();
@@ -90,15 +93,16 @@ struct PlaneSeries::Plan {
   kissfft<float> along_column, along_row;
 
   void sum(std::complex<float>* plane, int rows, int columns, int kept_rows, int pitch) const {
+    const kissfft<float> of_column = along_column, of_row = along_row;
     std::vector<std::complex<float>> in(static_cast<std::size_t>(std::max(rows, columns))), out(in.size());
     for (int c = 0; c < columns; ++c) {
       for (int r = 0; r < rows; ++r) in[static_cast<std::size_t>(r)] = plane[r * pitch + c];
-      along_column.transform(in.data(), out.data());
+      of_column.transform(in.data(), out.data());
       for (int r = 0; r < kept_rows; ++r) plane[r * pitch + c] = out[static_cast<std::size_t>(r)];
     }
     for (int r = 0; r < kept_rows; ++r) {
       std::copy_n(plane + r * pitch, columns, in.data());
-      along_row.transform(in.data(), plane + r * pitch);
+      of_row.transform(in.data(), plane + r * pitch);
     }
   }
 };
@@ -224,12 +228,16 @@ RealSeries::~RealSeries() = default;
 PlaneSeries::~PlaneSeries() = default;
 
 int fast_length(int least) {
+#ifdef TREMULA_FFT_kissfft
+  constexpr int largest_factor = 5;  // larger ones go through a general loop, ten times slower
+#else
+  constexpr int largest_factor = 7;
+#endif
   for (int length = least;; ++length) {
     int rest = length, twos = 0;
     for (; rest % 2 == 0; rest /= 2) ++twos;
     // Measured: lengths like 56, 64 and 80 are two to four times faster, per point, than 54, 60, 72 or 100.
-    const bool few_factors = rest == 1 || rest == 3 || rest == 5 || rest == 7;
-    if (few_factors && (length <= 16 || twos >= 3)) return length;
+    if (rest <= largest_factor && (length <= 16 || twos >= 3)) return length;
   }
 }
 

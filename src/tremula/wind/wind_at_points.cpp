@@ -107,7 +107,8 @@ TREMULA_CLONES void phases_along(int count, float turns_per_metre, const float* 
                                  float* sines) {
   for (int i = 0; i < count; ++i) {
     const float turns = -turns_per_metre * along[i];
-    const float rest = turns - ((turns + 12582912.0F) - 12582912.0F);
+    // Beyond 2^22 turns nothing is left of the phase, but it stays one.
+    const float rest = std::clamp(turns - ((turns + 12582912.0F) - 12582912.0F), -0.5F, 0.5F);
     const SinCos angle = sincos_of_turns(static_cast<std::int32_t>(rest * 4294967040.0F));
     cosines[i] = angle.cosine;
     sines[i] = angle.sine;
@@ -334,7 +335,7 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin) const {
   }
   const std::int32_t next_column = chosen.kept_columns > 1 ? node_size : 0;
   const std::int32_t next_row = chosen.kept_rows > 1 ? cell.row_size : 0;
-  const auto turns_per_metre = static_cast<float>(s.axis.frequency(bin) / s.wind.mean.speed);
+  const auto turns_per_metre = static_cast<float>(std::min(1e9, s.axis.frequency(bin) / s.wind.mean.speed));
   const Vec3 along = heading_direction(s.wind.mean);
   const auto cosine = static_cast<float>(along[0]), sine = static_cast<float>(along[1]);
 
