@@ -158,16 +158,20 @@ BinPlane TurbulentWindAtPoints::State::choose_plane(int bin, const WindAtPointsO
   };
   for (double spacing = options.resolution;; spacing *= 1.1) {
     const int across_cells = cells(width, fastest.y, spacing), up_cells = cells(height, fastest.z, spacing);
+    const auto too_large = [&](int rows, int columns) {
+      const bool coarsest = across_cells <= 1 && up_cells <= 1;
+      return !coarsest && static_cast<double>(rows) * columns > largest;
+    };
     result.kept_columns = across_cells + 1;
     result.kept_rows = up_cells + 1;
+    if (too_large(result.kept_rows, result.kept_columns)) continue;
     result.column_spacing = across_cells > 0 ? width / across_cells : 1;
     result.row_spacing = up_cells > 0 ? height / up_cells : 1;
     const int columns = fast_length(
         periodic_length(result.kept_columns, result.column_spacing, slowest.y, padding_tolerance));
     const int rows =
         fast_length(periodic_length(result.kept_rows, result.row_spacing, slowest.z, padding_tolerance));
-    const bool coarsest = across_cells <= 1 && up_cells <= 1;
-    if (!coarsest && static_cast<double>(rows) * columns > largest) continue;
+    if (too_large(rows, columns)) continue;
     auto& plane = planes[{rows, columns}];
     // Bins share planes of one size, whatever part of it they keep.
     if (!plane) plane = std::make_unique<CoherentPlane>(rows, columns, rows);
