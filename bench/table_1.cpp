@@ -43,8 +43,11 @@ double run(int branches) {
   const StructureOptions paper{.material = find_material("paper"), .section = Section::paper};
   const Subject subject = bake(plant.skeleton, {.structure = paper, .modes = {.count = 20}}, progress);
   Weather weather;
+  weather.wind = StamWind{};
   weather.loads.model = LoadModel::paper;
-  weather.damping.mass_proportional = 0.5;
+  weather.damping = {.mass_proportional = 0.5, .aerodynamic = false};
+  weather.transfer = Transfer::sampled;
+  weather.static_correction = false;
   weather.loop = {.period = 256, .sample_count = 256};
   const Motion motion = set_in_motion(subject, weather, progress);
   next("");

@@ -52,24 +52,25 @@ struct Loop {
 
 Weather AnimateCommand::weather() const {
   Weather weather;
-  weather.wind.mean = {.speed = wind_speed,
-                       .reference_height = reference_height,
-                       .heading = heading,
-                       .profile = profile == "constant" ? ProfileKind::constant
-                                  : profile == "power"  ? ProfileKind::power
-                                                        : ProfileKind::logarithmic,
-                       .roughness_length = roughness_length,
-                       .power_exponent = power_exponent};
-  weather.wind.turbulence_intensity = turbulence_intensity;
-  weather.wind.correlation_time = correlation_time;
-  weather.wind.correlation_length = correlation_length;
-  weather.wind.rows = wind_model == "stam-printed" ? StamRows::as_printed : StamRows::unit_variance;
-  if (weather.wind.rows == StamRows::as_printed)
-    weather.wind.cutoff = 1e-4;  // its tails are not normalised away
-  weather.wind.seed = seed;
+  StamWind stam;
+  stam.mean = {.speed = wind_speed,
+               .reference_height = reference_height,
+               .heading = heading,
+               .profile = profile == "constant" ? ProfileKind::constant
+                          : profile == "power"  ? ProfileKind::power
+                                                : ProfileKind::logarithmic,
+               .roughness_length = roughness_length,
+               .power_exponent = power_exponent};
+  stam.turbulence_intensity = turbulence_intensity;
+  stam.correlation_time = correlation_time;
+  stam.correlation_length = correlation_length;
+  stam.rows = wind_model == "stam-printed" ? StamRows::as_printed : StamRows::unit_variance;
+  if (stam.rows == StamRows::as_printed) stam.cutoff = 1e-4;  // its tails are not normalised away
+  stam.seed = seed;
+  weather.wind = stam;
   weather.loads.model = loads == "paper" ? LoadModel::paper : LoadModel::linearised;
   weather.reconfiguration.angle = reconfiguration_angle;
-  weather.damping = {damping_ratio, mass_damping};
+  weather.damping = {.ratio = damping_ratio, .mass_proportional = mass_damping};
   const double samples = period * frames_per_second;
   if (!(samples >= 1 && samples <= 1 << 24)) {
     throw InputError("--period " + std::to_string(period) + " at --fps " + std::to_string(frames_per_second),

@@ -18,7 +18,7 @@ int main() {
   // 2. Wind and motion vary: every speed and seed makes a loop of its own from the same modes.
   for (const double speed : {2.0, 4.0, 8.0}) {
     Weather weather;
-    weather.wind.mean.speed = speed;
+    weather.wind = turbulent_wind({.speed = speed}, 0.2);
     weather.loop = {.period = 20, .sample_count = 600};
     const Motion motion = set_in_motion(subject, weather);
     const MotionStatistics statistics = motion_statistics(subject.modes, motion);

@@ -52,10 +52,11 @@ int main() {
     const Subject subject = bake(plant.skeleton, {.structure = paper, .modes = {.count = all_modes}});
     for (const StamRows rows : {StamRows::as_printed, StamRows::unit_variance}) {
       Weather weather;
-      weather.wind.rows = rows;
-      weather.wind.cutoff = 0;
+      weather.wind = StamWind{.rows = rows, .cutoff = 0};
       weather.loads.model = LoadModel::paper;
-      weather.damping.mass_proportional = 0.5;
+      weather.damping = {.mass_proportional = 0.5, .aerodynamic = false};
+      weather.transfer = Transfer::sampled;
+      weather.static_correction = false;
       weather.loop = {.period = 256, .sample_count = 256};
       const Motion motion = set_in_motion(subject, weather);
       const Eigen::MatrixXd all = tip_motion(subject, motion, subject.modes.count());

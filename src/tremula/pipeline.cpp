@@ -1,10 +1,11 @@
 #include "tremula/pipeline.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/numerics/fft.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 namespace tremula {
@@ -20,14 +21,6 @@ Eigen::Matrix3Xd above_ground(const Skeleton& skeleton, Eigen::Matrix3Xd points)
   for (const Vec3& root : skeleton.roots) ground = std::min(ground, root.z());
   points.row(2).array() -= ground;
   return points;
-}
-
-Eigen::Matrix3Xd mean_velocity(const MeanWind& wind, const Eigen::Matrix3Xd& points) {
-  Eigen::Matrix3Xd velocity(3, points.cols());
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    velocity.col(k) = mean_speed(wind, points(2, k)) * heading_direction(wind);
-  }
-  return velocity;
 }
 
 void check_loop(const TimeAxis& loop) {
@@ -50,29 +43,42 @@ Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progres
   return {skeleton, structure, modes};
 }
 
-Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress) {
+Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress,
+                     std::vector<std::string>* warnings) {
   check_loop(weather.loop);
-  check_stam_wind(weather.wind);
-
-  tell(progress, "loads");
-  const Eigen::Matrix3Xd points = above_ground(subject.skeleton, load_points(subject.skeleton));
-  const Eigen::Matrix3Xd mean_wind = mean_velocity(weather.wind.mean, points);
-  Loads loads = linearise_loads(subject.skeleton, subject.structure, mean_wind, weather.loads);
-  const Eigen::VectorXd lean = lean_and_reconfigure(subject.structure, weather.reconfiguration, loads);
-  const Eigen::MatrixXd participation = modal_participation(subject.structure, loads, subject.modes.shapes);
+  const Structure& structure = subject.structure;
+  const Modes& modes = subject.modes;
 
   tell(progress, "wind");
-  const StamWindAtPoints wind(weather.wind, weather.loop, points);
-  std::atomic<int> bins_done = 0;
-  const auto wind_at_bin = [&](int bin) {
-    Eigen::Matrix3Xcd velocity = wind.velocity(bin);
-    tell(progress, "wind", static_cast<double>(++bins_done) / weather.loop.bin_count());
-    return velocity;
-  };
-  const Eigen::MatrixXcd modal_forces = project_loads(participation, weather.loop, wind_at_bin);
+  const Eigen::Matrix3Xd points = above_ground(subject.skeleton, load_points(subject.skeleton));
+  PointWind wind = wind_at_points(weather.wind, weather.loop, points);
+  const Transfer transfer = wind.has_draws ? weather.transfer : Transfer::sampled;
+  // Sampled as the papers have it, a loop has no mean but the lean.
+  if (transfer == Transfer::sampled && wind.power) wind.has_slow_gusts = false;
+  if (warnings) *warnings = wind.warnings;
+
+  tell(progress, "loads");
+  Loads loads = linearise_loads(subject.skeleton, structure, wind.mean, weather.loads);
+  Motion motion{.period = weather.loop.period, .coordinates = {}, .lean = {}};
+  motion.lean = lean_and_reconfigure(structure, weather.reconfiguration, loads);
+  motion.static_shapes.shapes.resize(structure.size(), 0);
+  if (weather.static_correction) motion.static_shapes = static_shapes(structure, loads, modes);
+  Eigen::MatrixXd participation(3 * points.cols(), modes.count() + motion.static_shapes.count());
+  participation << modal_participation(structure, loads, modes.shapes),
+      modal_participation(structure, loads, motion.static_shapes.shapes);
 
   tell(progress, "response");
-  return respond(subject.modes, modal_forces, weather.loop, weather.damping, lean);
+  ModalSystem system{.omega = Eigen::VectorXd(participation.cols()),
+                     .damping = structural_damping(weather.damping, modes.omega()).asDiagonal(),
+                     .static_count = motion.static_shapes.count()};
+  system.omega << modes.omega(), 2 * std::numbers::pi * motion.static_shapes.frequency;
+  if (weather.damping.aerodynamic)
+    system.damping += aerodynamic_damping(subject.skeleton, structure, loads, modes.shapes);
+  const Eigen::MatrixXcd coordinates =
+      respond(BinTransfer(system, weather.loop, transfer, wind.power), participation, weather.loop, wind,
+              [&](double done) { tell(progress, "response", done); });
+  motion.coordinates = samples_from_half_spectra(coordinates, weather.loop.sample_count);
+  return motion;
 }
 
 }  // namespace tremula

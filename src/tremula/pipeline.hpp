@@ -4,19 +4,23 @@
 
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
+#include "tremula/dynamics/motion_statistics.hpp"
 #include "tremula/dynamics/reconfiguration.hpp"
 #include "tremula/dynamics/response.hpp"
+#include "tremula/dynamics/static_correction.hpp"
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/modes/solve_modes.hpp"
 #include "tremula/structure/structure.hpp"
-#include "tremula/wind/stam_wind.hpp"
+#include "tremula/wind/point_wind.hpp"
 
 #include <functional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace tremula {
 
-// Told which stage begins ("structure", "modes", "loads", "wind", "response") and, while a long one runs, how
+// Told which stage begins ("structure", "modes", "wind", "loads", "response") and, while a long one runs, how
 // much of it is done (0 … 1). May be called from several threads.
 using Progress = std::function<void(std::string_view stage, double done)>;
 
@@ -33,17 +37,26 @@ struct Subject {
 };
 
 struct Weather {
-  StamWind wind = {};
+  Wind wind = turbulent_wind({}, 0.2);
   LoadOptions loads = {};
   Reconfiguration reconfiguration = {};
   Damping damping = {};
+  Transfer transfer = Transfer::bin_averaged;
+  bool static_correction = true;  // shapes for what the modes left out do
   TimeAxis loop{.period = 20, .sample_count = 600};
 };
 
 // Throws InputError for options out of range (see the stages).
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress = {});
 
-// The loop that this weather gives the subject. Throws InputError for settings out of range.
-Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress = {});
+// What the user should know about a loop: modes above its highest frequency, wind that it is too short for,
+// turbulence and rotations too large for linear models. A line each.
+std::vector<std::string> advice(const Subject& subject, const Weather& weather,
+                                const MotionStatistics& statistics);
+
+// The loop that this weather gives the subject. `warnings`, where given, takes what the wind has to say, a
+// line each. Throws InputError for settings out of range.
+Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress = {},
+                     std::vector<std::string>* warnings = nullptr);
 
 }  // namespace tremula

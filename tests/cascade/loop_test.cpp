@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "tremula/geometry/plants.hpp"
 #include "tremula/io/pose_table.hpp"
 #include "tremula/pipeline.hpp"
+#include "tremula/wind/synthesis.hpp"
 
 namespace tremula {
 namespace {
@@ -71,25 +73,109 @@ TEST(Loop, DoesNotDependOnTheNumberOfThreads) {
 TEST(Loop, DependsOnTheSeedAndOnNothingElse) {
   const Subject subject = sapling();
   Weather other = weather;
-  other.wind.seed = 2;
+  std::get<TurbulentWind>(other.wind).seed = 2;
   const Motion first = set_in_motion(subject, weather), again = set_in_motion(subject, weather);
   EXPECT_EQ(first.coordinates, again.coordinates);
   EXPECT_GT((first.coordinates - set_in_motion(subject, other).coordinates).norm(),
             0.1 * first.coordinates.norm());
 }
 
+TEST(Loop, OfStamsWindIsOneToo) {
+  const Subject subject = sapling();
+  for (const StamRows rows : {StamRows::unit_variance, StamRows::as_printed}) {
+    Weather stam = weather;
+    stam.wind = StamWind{.rows = rows};
+    for (const Transfer transfer : {Transfer::sampled, Transfer::bin_averaged}) {
+      stam.transfer = transfer;
+      const Motion motion = set_in_motion(subject, stam);
+      EXPECT_TRUE(motion.coordinates.allFinite());
+      EXPECT_GT(motion.coordinates.norm(), 0);
+      const bool has_mean = motion.coordinates.colwise().mean().norm() > 1e-9 * motion.coordinates.norm();
+      EXPECT_EQ(has_mean, transfer == Transfer::bin_averaged || rows == StamRows::as_printed);
+    }
+  }
+}
+
+TEST(Loop, OfAGivenFieldRepeatsItsGustsAndHasNoMeanOfItsOwn) {
+  const Subject subject = sapling();
+  const WindGrid grid{.y_count = 5,
+                      .z_count = 6,
+                      .step_count = 80,
+                      .y_spacing = 1,
+                      .z_spacing = 1,
+                      .bottom = 0.5,
+                      .step = 0.1};
+  const auto field =
+      std::make_shared<const WindField>(synthesise_wind(turbulent_wind({.speed = 6}, 0.2), grid));
+  Weather given = weather;
+  given.wind = GivenWind{field};
+  std::vector<std::string> warnings;
+  const Motion motion = set_in_motion(subject, given, {}, &warnings);
+  EXPECT_GT(motion.lean.norm(), 0);
+  EXPECT_GT(motion.coordinates.norm(), 0);
+  EXPECT_LT(motion.coordinates.colwise().mean().norm(), 1e-9 * motion.coordinates.norm());
+  EXPECT_THROW(set_in_motion(subject, {.wind = GivenWind{}}), InputError);
+}
+
+TEST(Loop, OfFewModesLeansIntoASlowGustAsFarAsAllModesDo) {
+  // The static shapes say what the modes left out: the tip's slow motion hardly depends on how many there
+  // are.
+  const Skeleton skeleton = grow(parse_lsystem(find_preset("sapling").text, "sapling")).skeleton;
+  const auto spread = [&](int modes, bool correction) {
+    Weather slow = weather;
+    slow.loop = {600, 64};  // bins far below the first mode
+    slow.static_correction = correction;
+    slow.transfer = Transfer::sampled;
+    const Subject subject = bake(skeleton, {.modes = {.count = modes}});
+    const Motion motion = set_in_motion(subject, slow);
+    double sum = 0;
+    for (int p = 0; p < 64; ++p) {
+      sum += (displacement_at(subject.modes, motion, 600.0 * p / 64) - motion.lean).squaredNorm();
+    }
+    return std::sqrt(sum);
+  };
+  const double all = spread(all_modes, false);
+  EXPECT_NEAR(spread(all_modes, true) / all, 1, 1e-6);
+  EXPECT_NEAR(spread(1, true) / all, 1, 0.1);
+  EXPECT_GT(std::abs(spread(1, false) / all - 1), 2 * std::abs(spread(1, true) / all - 1));
+}
+
+TEST(Advice, SaysWhatTheLoopCannotShowAndWhatTheModelsCannot) {
+  const Subject subject = sapling();
+  const auto lines = [&](const Weather& conditions, const MotionStatistics& statistics) {
+    std::string all;
+    for (const std::string& line : advice(subject, conditions, statistics)) all += line + '\n';
+    return all;
+  };
+  Weather calm = weather;
+  calm.wind = turbulent_wind({.speed = 5}, 0.2);
+  calm.loop = {120, 120 * 60};
+  EXPECT_EQ(lines(calm, {}), "");
+  Weather coarse = calm;
+  coarse.loop = {120, 60};
+  EXPECT_NE(lines(coarse, {}).find("highest mode"), std::string::npos);
+  Weather brief = calm;
+  brief.loop = {1, 60};
+  EXPECT_NE(lines(brief, {}).find("variance of the wind"), std::string::npos);
+  Weather rough = calm;
+  rough.wind = turbulent_wind({.speed = 5}, 0.5);
+  EXPECT_NE(lines(rough, {}).find("turbulence intensity of 0.5"), std::string::npos);
+  EXPECT_NE(lines(calm, {.largest_rms_rotation = 0.35}).find("0.35 rad rms"), std::string::npos);
+}
+
 TEST(Loop, LeansDownwindAndStandsStillWithoutWind) {
   const Subject subject = sapling();
   for (const double heading : {0.0, 120.0}) {
     Weather turned = weather;
-    turned.wind.mean.heading = heading;
+    const MeanWind mean{.heading = heading};
+    turned.wind = turbulent_wind(mean, 0.2);
     const Motion motion = set_in_motion(subject, turned);
     Vec3 lean = Vec3::Zero();
     for (Eigen::Index k = 0; k < motion.lean.size() / 6; ++k) lean += motion.lean.segment<3>(6 * k);
-    EXPECT_GT(lean.normalized().dot(heading_direction(turned.wind.mean)), 0.95);
+    EXPECT_GT(lean.normalized().dot(heading_direction(mean)), 0.95);
   }
   Weather calm = weather;
-  calm.wind.mean.speed = 0;
+  calm.wind = turbulent_wind({.speed = 0}, 0.2);
   const Motion still = set_in_motion(subject, calm);
   EXPECT_EQ(still.lean.norm(), 0);
   EXPECT_EQ(still.coordinates.norm(), 0);
@@ -134,7 +220,7 @@ TEST(Loop, TellsItsProgress) {
     if (stages.empty() || stages.back() != stage) stages.emplace_back(stage);
     last = std::max(last, done);
   });
-  EXPECT_EQ(stages, (std::vector<std::string>{"loads", "wind", "response"}));
+  EXPECT_EQ(stages, (std::vector<std::string>{"wind", "loads", "response"}));
   EXPECT_EQ(last, 1);
 }
 

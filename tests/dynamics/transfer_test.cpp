@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Cholesky>
 #include <gtest/gtest.h>
+#include <Eigen/Cholesky>
 
 namespace tremula {
 namespace {
@@ -38,13 +38,13 @@ Eigen::MatrixXcd draw_forces(const Eigen::MatrixXd& root, double period, std::ui
 
 // The mean over the loop of y y^T (with its mean in it), one seed.
 Eigen::MatrixXd covariance_of_a_loop(const BinTransfer& transfer, const TimeAxis& axis,
-                                     const Eigen::MatrixXd& root,
-                                     const std::function<double(double)>& power, std::uint64_t seed) {
+                                     const Eigen::MatrixXd& root, const std::function<double(double)>& power,
+                                     std::uint64_t seed) {
   const Eigen::Index n = root.rows();
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(n, n);
   for (int bin = 0; 2 * bin < axis.sample_count; ++bin) {
     const BinTransfer::Weights weights = transfer.weights(bin);
-    const double amplitude = std::sqrt(power(2 * pi * bin_frequency(axis, bin)));
+    const double amplitude = std::sqrt(power(2 * pi * axis.middle_frequency(bin)));
     const Eigen::VectorXcd y = transfer.respond(
         bin, weights, amplitude * draw_forces(root, axis.period, seed, bin, weights.draws()));
     covariance += (bin == 0 ? 1 : 2) * (y * y.adjoint()).real();
@@ -92,8 +92,9 @@ TEST(BinTransfer, OfWhiteNoiseIsTheClosedFormOfAnOscillator) {
   const double zeta = 0.02, omega = 2 * pi * 0.83;
   const double closed = 1 / (8 * zeta * std::pow(omega, 3));
   const auto white = [](double) { return 1.0; };
-  EXPECT_NEAR(response_variance(oscillator(0.83, zeta), Eigen::MatrixXd::Ones(1, 1), white, 0, 2e4)[0] / closed,
-              1, 1e-6);
+  EXPECT_NEAR(
+      response_variance(oscillator(0.83, zeta), Eigen::MatrixXd::Ones(1, 1), white, 0, 2e4)[0] / closed, 1,
+      1e-6);
   // Summed over the bins, expectation instead of draws.
   for (const double period : {3.0, 10.0, 70.0}) {
     const TimeAxis axis{period, static_cast<int>(200 * period)};

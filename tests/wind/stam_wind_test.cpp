@@ -114,8 +114,20 @@ TEST(StamWind, OfNoSpeedDoesNotMove) {
   EXPECT_EQ(StamWindAtPoints(calm, loop, random_points(5, 3)).velocity(4).norm(), 0);
 }
 
-TEST(StamWind, HasNoMeanInItsFluctuation) {
-  EXPECT_EQ(StamWindAtPoints({}, loop, random_points(5, 3)).velocity(0).norm(), 0);
+TEST(StamWind, OfSlowGustsHasThePowerOfTheirFrequencyAndAnotherDrawIsAnotherWind) {
+  const Eigen::Matrix3Xd points = random_points(5, 3);
+  double power = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    const StamWindAtPoints wind({.seed = seed}, loop, points);
+    power += std::norm(wind.velocity(0)(0, 0)) / 400;
+    EXPECT_GT((wind.velocity(0) - wind.velocity(0, 1)).norm(), 0.1 * wind.velocity(0).norm());
+  }
+  const MeanWind mean;
+  const double height = std::max(0.5, points(2, 0)), speed = mean_speed(mean, height);
+  const double wanted = simiu_scanlan_spectrum(0.25 / loop.period, height, speed,
+                                               friction_velocity_from_intensity(0.2, mean.speed))[0] /
+                        (2 * loop.period);
+  EXPECT_NEAR(power / wanted, 1, 3 / std::sqrt(400.0));
 }
 
 TEST(CheckStamWind, RefusesSettingsOutOfRange) {

@@ -1,5 +1,7 @@
 #include "tremula/deformation/morph_targets.hpp"
 
+#include "tremula/dynamics/static_correction.hpp"
+
 #include "tremula/base/error.hpp"
 
 #include <algorithm>
@@ -107,9 +109,10 @@ Eigen::VectorXd coordinates_at_key(const Motion& motion, const Key& key) {
 
 }  // namespace
 
-MorphTargets make_morph_targets(const Skeleton& skeleton, const Surface& surface, const Modes& modes,
+MorphTargets make_morph_targets(const Skeleton& skeleton, const Surface& surface, const Modes& given_modes,
                                 const Motion& motion, MorphForm form, const Structure* structure) {
-  check_fit(skeleton, modes, motion);
+  check_fit(skeleton, given_modes, motion);
+  const Modes modes = with_static_shapes(given_modes, motion.static_shapes);
   const bool paired = form == MorphForm::paired;
   MorphTargets result;
   result.period = motion.period;

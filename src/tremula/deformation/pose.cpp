@@ -29,7 +29,11 @@ Displacement displacement_at(const Modes& modes, const Motion& motion, double ti
   const Eigen::VectorXd coordinates = coordinates_at(motion, time, interpolation);
   // Mode by mode: the same order of additions for every frame, alone or in a sequence.
   Displacement displacement = motion.lean;
-  for (Eigen::Index r = 0; r < coordinates.size(); ++r) displacement += coordinates[r] * modes.shapes.col(r);
+  const Eigen::Index mode_count = motion.mode_count();
+  for (Eigen::Index r = 0; r < coordinates.size(); ++r) {
+    displacement += coordinates[r] *
+                    (r < mode_count ? modes.shapes.col(r) : motion.static_shapes.shapes.col(r - mode_count));
+  }
   return displacement;
 }
 

@@ -44,8 +44,7 @@ Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd
                                      above_zero("mass-proportional damping", *damping.mass_proportional));
   }
   if (damping.stiffness_proportional) {
-    return above_zero("stiffness-proportional damping", *damping.stiffness_proportional) *
-           omega.cwiseAbs2();
+    return above_zero("stiffness-proportional damping", *damping.stiffness_proportional) * omega.cwiseAbs2();
   }
   return 2 * above_zero("damping ratio", damping.ratio) * omega;
 }

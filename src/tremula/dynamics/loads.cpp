@@ -30,8 +30,7 @@ void add_lift(double half_rho_c_area, const Vec3& normal, const Vec3& mean_wind,
   if (speed == 0 || half_rho_c_area == 0) return;
   const double through = mean_wind.dot(normal);
   drag.mean += half_rho_c_area * speed * through * normal;
-  drag.per_velocity +=
-      half_rho_c_area * normal * (speed * normal + through / speed * mean_wind).transpose();
+  drag.per_velocity += half_rho_c_area * normal * (speed * normal + through / speed * mean_wind).transpose();
 }
 
 void check_options(const LoadOptions& options) {

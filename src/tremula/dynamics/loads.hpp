@@ -20,8 +20,8 @@ struct LoadOptions {
   double air_density = 1.2;              // [kg/m^3] (S section 2)
   double branch_drag_coefficient = 1.2;  // of a cylinder across the flow, on its diameter
   double leaf_drag_coefficient = 0.25;   // of foliage that folds in the wind, on one side of its area
-  // Of a flat blade: a force C_L |u| (u . n) n along its normal n, whose part across the wind is lift. Blades of
-  // foliage that folds and flutters have none on the average.
+  // Of a flat blade: a force C_L |u| (u . n) n along its normal n, whose part across the wind is lift. Blades
+  // of foliage that folds and flutters have none on the average.
   double leaf_lift_coefficient = 0;
 };
 
@@ -43,7 +43,8 @@ struct Loads {
 };
 
 // The translation of the point of a branch at s (0 start … 1 end) is the transpose of this times the
-// displacements of its ends, stacked as above (S eq. 1). Also: the forces on the ends that a force there makes.
+// displacements of its ends, stacked as above (S eq. 1). Also: the forces on the ends that a force there
+// makes.
 using PointShape = Eigen::Matrix<double, 12, 3>;
 PointShape point_shape(const Beam& beam, const Vec3& direction, double s);
 

@@ -5,15 +5,26 @@
 
 namespace tremula {
 
+// Shapes beside the modes, at right angles to them in mass and in stiffness and mass-normalised like them
+// (static_correction.hpp). Their coordinates follow the wind at once: y = f/omega^2.
+struct StaticShapes {
+  Eigen::VectorXd frequency;  // (k) Rayleigh quotients [Hz]
+  Eigen::MatrixXd shapes;     // (6N x k)
+
+  int count() const { return static_cast<int>(frequency.size()); }
+};
+
 // Modal coordinates at M equidistant instants of a loop that closes (sample M would equal sample 0), and the
-// static lean under the mean wind. The displacement at sample p is lean + shapes * coordinates.row(p)^T.
+// static lean under the mean wind. The displacement at sample p is lean + (Modes::shapes, static_shapes) *
+// coordinates.row(p)^T.
 struct Motion {
   double period = 0;            // T [s]
-  Eigen::MatrixXd coordinates;  // (M x m) [m sqrt(kg)], row p at t = p T / M
+  Eigen::MatrixXd coordinates;  // (M x (m + k)) [m sqrt(kg)], row p at t = p T / M
   Eigen::VectorXd lean;         // (6N) displacement under the mean wind [m, rad], rows as in Modes::shapes
+  StaticShapes static_shapes = {};
 
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
-  int mode_count() const { return static_cast<int>(coordinates.cols()); }
+  int mode_count() const { return static_cast<int>(coordinates.cols()) - static_shapes.count(); }
 };
 
 enum class Interpolation {

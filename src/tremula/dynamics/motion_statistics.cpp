@@ -10,8 +10,11 @@ MotionStatistics motion_statistics(const Modes& modes, const Motion& motion) {
       motion.coordinates.transpose() * motion.coordinates / static_cast<double>(motion.sample_count());
   MotionStatistics statistics;
   statistics.coordinate_rms = covariance.diagonal().cwiseSqrt();
+  const int more = motion.static_shapes.count();
   const auto rms = [&](Eigen::Index row) {
-    const Eigen::MatrixXd part = modes.shapes.middleRows(row, 3);
+    Eigen::MatrixXd part(3, covariance.rows());
+    part.leftCols(modes.count()) = modes.shapes.middleRows(row, 3);
+    if (more > 0) part.rightCols(more) = motion.static_shapes.shapes.middleRows(row, 3);
     return std::sqrt(std::max(0.0, (part * covariance).cwiseProduct(part).sum()));
   };
   for (Eigen::Index k = 0; k < modes.shapes.rows() / 6; ++k) {

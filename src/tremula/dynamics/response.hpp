@@ -3,8 +3,10 @@
 
 #include "tremula/dynamics/damping.hpp"
 #include "tremula/dynamics/motion.hpp"
+#include "tremula/dynamics/transfer.hpp"
 #include "tremula/modes/modes.hpp"
 #include "tremula/numerics/time_axis.hpp"
+#include "tremula/wind/point_wind.hpp"
 
 #include <functional>
 
@@ -26,5 +28,13 @@ Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeA
 // modal_forces (M/2+1 x m); lean (6N) goes into the Motion as it is.
 Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis,
                const Damping& damping, const Eigen::VectorXd& lean);
+
+// The same with all that the transfer function knows: damping between modes, the width of the bins, static
+// coordinates. participation (3N x (m + k)). A wind without draws wants Transfer::sampled; without slow gusts
+// bin 0 stays zero. Gives the coefficients of the coordinates, (M/2+1 x (m + k)): samples_from_half_spectra
+// makes the loop of them.
+Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& participation,
+                         const TimeAxis& axis, const PointWind& wind,
+                         const std::function<void(double done)>& progress = {});
 
 }  // namespace tremula

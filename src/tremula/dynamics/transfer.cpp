@@ -24,7 +24,8 @@ constexpr double reach_in_bins = 8;
 constexpr double negligible_share = 2e-3;
 constexpr int pieces_of_a_bin = 4;
 
-// The integrals over one piece of a bin that the means are made of, for a power that is linear in omega there.
+// The integrals over one piece of a bin that the means are made of, for a power that is linear in omega
+// there.
 struct Piece {
   double low, high, constant, slope;  // power = constant + slope * omega
 
@@ -38,10 +39,6 @@ struct Piece {
 };
 
 }  // namespace
-
-double bin_frequency(const TimeAxis& axis, int bin) {
-  return bin == 0 ? 0.25 / axis.period : axis.frequency(bin);
-}
 
 Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega) {
   const Eigen::Index m = system.dynamic_count(), all = system.omega.size();
@@ -70,7 +67,8 @@ Poles find_poles(const ModalSystem& system) {
     state.bottomLeftCorner(m, m).diagonal() = -system.omega.head(m).cwiseAbs2() / unit;
     state.bottomRightCorner(m, m) = -system.damping;
     // Poles that coincide have one vector between them (critical damping): a nudge parts them.
-    for (Eigen::Index r = 0; r < m; ++r) state(m + r, m + r) *= 1 + attempt * 1e-6 * static_cast<double>(r + 1);
+    for (Eigen::Index r = 0; r < m; ++r)
+      state(m + r, m + r) *= 1 + attempt * 1e-6 * static_cast<double>(r + 1);
     const Eigen::EigenSolver<Eigen::MatrixXd> solver(state);
     if (solver.info() != Eigen::Success) continue;
     const Eigen::MatrixXcd vectors = solver.eigenvectors();
@@ -78,7 +76,9 @@ Poles find_poles(const ModalSystem& system) {
     input.bottomRows(m).diagonal().setConstant(1 / unit);
     Poles poles{solver.eigenvalues(), vectors.partialPivLu().solve(input), vectors.topRows(m)};
     if ((poles.pole.real().array() >= 0).any()) {
-      throw Error("response: the damping between the modes makes motion grow; lower the lift coefficient or the wind");
+      throw Error(
+          "response: the damping between the modes makes motion grow; lower the lift coefficient or the "
+          "wind");
     }
     const double omega = 0.37 * unit;
     const Eigen::MatrixXcd direct = transfer_function(system, omega).topLeftCorner(m, m);
@@ -96,7 +96,7 @@ BinTransfer::BinTransfer(const ModalSystem& system, const TimeAxis& axis, Transf
 }
 
 BinTransfer::Weights BinTransfer::weights(int bin) const {
-  const double middle = 2 * pi * bin_frequency(axis_, bin), width = 2 * pi / axis_.period;
+  const double middle = 2 * pi * axis_.middle_frequency(bin), width = 2 * pi / axis_.period;
   if (kind_ == Transfer::sampled) return {{}, Eigen::RowVectorXcd::Ones(1)};
 
   std::vector<Eigen::Index> near;
@@ -118,7 +118,8 @@ BinTransfer::Weights BinTransfer::weights(int bin) const {
   };
   Eigen::MatrixXcd products = Eigen::MatrixXcd::Zero(n, n);
   for (int p = 0; p < pieces_of_a_bin; ++p) {
-    const double from = low + (high - low) * p / pieces_of_a_bin, to = low + (high - low) * (p + 1) / pieces_of_a_bin;
+    const double from = low + (high - low) * p / pieces_of_a_bin,
+                 to = low + (high - low) * (p + 1) / pieces_of_a_bin;
     const double at_from = power(from), at_to = power(to), slope = (at_to - at_from) / (to - from);
     const Piece piece{from, to, at_from - slope * from, slope};
     products(0, 0) += piece.of_one();
@@ -140,7 +141,8 @@ BinTransfer::Weights BinTransfer::weights(int bin) const {
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> solver(correlation);  // reads the lower triangle
   Eigen::Index draws = 1;
-  while (draws < n && solver.eigenvalues()[n - 1 - draws] > negligible_share * static_cast<double>(n)) ++draws;
+  while (draws < n && solver.eigenvalues()[n - 1 - draws] > negligible_share * static_cast<double>(n))
+    ++draws;
   Eigen::MatrixXcd share(n, draws);
   for (Eigen::Index i = 0; i < draws; ++i)
     share.col(i) = std::sqrt(solver.eigenvalues()[n - 1 - i]) * solver.eigenvectors().col(n - 1 - i);

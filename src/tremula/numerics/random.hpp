@@ -27,6 +27,11 @@ struct RandomAddress {
   std::uint64_t place = 0;  // a point, a branch, a letter, … below 2^32 * 2^32
 };
 
+// The bin of another realisation of what happens in a bin. bin below 2^24, draw 0 … 127.
+constexpr std::uint32_t bin_of_draw(int bin, int draw) {
+  return static_cast<std::uint32_t>(bin) + (static_cast<std::uint32_t>(draw) << 24U);
+}
+
 // Uniform in [0, 1), 53 bits.
 double uniform(const RandomAddress& address);
 

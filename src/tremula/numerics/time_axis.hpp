@@ -9,7 +9,9 @@ struct TimeAxis {
   int sample_count = 0;  // M
 
   int bin_count() const { return sample_count / 2 + 1; }
-  double frequency(int bin) const { return bin / period; }                          // [Hz]
+  double frequency(int bin) const { return bin / period; }  // [Hz]
+  // What a bin stands for in the middle [Hz]: bin 0 for all that is slower than the loop, 0 to half a bin.
+  double middle_frequency(int bin) const { return bin == 0 ? 0.25 / period : frequency(bin); }
   double omega(int bin) const { return 6.283185307179586476925 * frequency(bin); }  // [rad/s] (errata S2)
 };
 

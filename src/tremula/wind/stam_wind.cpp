@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <string>
 
 namespace tremula {
@@ -39,22 +40,24 @@ StamWindAtPoints::StamWindAtPoints(const StamWind& wind, const TimeAxis& axis, c
   for (Eigen::Index k = 0; k < points.cols(); ++k) speeds_[k] = mean_speed(wind.mean, heights_[k]);
 }
 
-Eigen::Matrix3Xcd StamWindAtPoints::velocity(int bin) const {
+Eigen::Matrix3Xcd StamWindAtPoints::velocity(int bin, int draw) const {
   const Eigen::Index count = speeds_.size();
   Eigen::Matrix3Xcd velocity = Eigen::Matrix3Xcd::Zero(3, count);
   const bool as_printed = wind_.rows == StamRows::as_printed;
-  if (!as_printed && (bin == 0 || wind_.mean.speed == 0)) return velocity;
+  if (!as_printed && wind_.mean.speed == 0) return velocity;
 
   PairwiseFilter::Channels noise(count, PairwiseFilter::channels);
   for (Eigen::Index k = 0; k < count; ++k) {
     for (int c = 0; c < 3; ++c) {
-      const auto w = complex_gaussian(
-          {wind_.seed, streams[c], static_cast<std::uint32_t>(bin), static_cast<std::uint64_t>(k)});
+      const auto w =
+          complex_gaussian({wind_.seed, streams[c], bin_of_draw(bin, draw), static_cast<std::uint64_t>(k)});
       noise(k, 2 * c) = static_cast<float>(w.real());
       noise(k, 2 * c + 1) = static_cast<float>(w.imag());
     }
   }
-  const double decay = wind_.correlation_time * axis_.omega(bin) / wind_.correlation_length;  // [1/m]
+  const double frequency = as_printed ? axis_.frequency(bin) : axis_.middle_frequency(bin);
+  const double decay =
+      2 * std::numbers::pi * frequency * wind_.correlation_time / wind_.correlation_length;  // [1/m]
   const auto [filtered, squared_weights] = filter_.apply(decay, wind_.cutoff, noise);
 
   const Vec3 along = heading_direction(wind_.mean), across(-along[1], along[0], 0);
@@ -62,8 +65,7 @@ Eigen::Matrix3Xcd StamWindAtPoints::velocity(int bin) const {
     Vec3 amplitude = Vec3::Ones();
     if (!as_printed) {
       if (speeds_[k] <= 0) continue;
-      const Vec3 spectrum =
-          simiu_scanlan_spectrum(axis_.frequency(bin), heights_[k], speeds_[k], friction_velocity_);
+      const Vec3 spectrum = simiu_scanlan_spectrum(frequency, heights_[k], speeds_[k], friction_velocity_);
       amplitude = (spectrum / (2 * axis_.period * static_cast<double>(squared_weights[k]))).cwiseSqrt();
     }
     const auto component = [&, &filtered = filtered](int c) {

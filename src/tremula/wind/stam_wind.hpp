@@ -44,9 +44,9 @@ class StamWindAtPoints {
   // ends.
   StamWindAtPoints(const StamWind& wind, const TimeAxis& axis, const Eigen::Matrix3Xd& points);
 
-  // (3 x N) [m/s]. Bin 0, the mean, is zero unless the rows are as printed. May be called from several
-  // threads.
-  Eigen::Matrix3Xcd velocity(int bin) const;
+  // (3 x N) [m/s]. Bin 0 stands for gusts slower than the loop, at TimeAxis::middle_frequency. Another draw,
+  // up to 127, is another realisation of the same bin. May be called from several threads.
+  Eigen::Matrix3Xcd velocity(int bin, int draw = 0) const;
 
  private:
   StamWind wind_;

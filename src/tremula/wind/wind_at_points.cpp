@@ -136,7 +136,7 @@ struct TurbulentWindAtPoints::State {
 
   BinPlane choose_plane(int bin, const WindAtPointsOptions& options, int largest);
   void set_levels(const Eigen::Matrix3Xd& points);
-  void draw_nodes(int bin, Work& work) const;
+  void draw_nodes(int bin, int draw, Work& work) const;
 };
 
 BinPlane TurbulentWindAtPoints::State::choose_plane(int bin, const WindAtPointsOptions& options,
@@ -145,7 +145,7 @@ BinPlane TurbulentWindAtPoints::State::choose_plane(int bin, const WindAtPointsO
   CoherenceDecay fastest, slowest{1e6, 1e6};
   for (int c = 0; c < 3; ++c) {
     const auto at = static_cast<std::size_t>(c);
-    const CoherenceDecay decay = coherence_decay(wind.coherence, c, axis.frequency(bin));
+    const CoherenceDecay decay = coherence_decay(wind.coherence, c, axis.middle_frequency(bin));
     result.decays[at] = decay;
     result.coherent[at] = std::isfinite(decay.y) && std::isfinite(decay.z);
     if (!result.coherent[at]) continue;
@@ -246,7 +246,7 @@ TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const Ti
                             ? options.largest_plane
                             : static_cast<int>(std::clamp<Eigen::Index>(3 * state->count, 4096, 32768));
     for (int bin = 0; bin < axis.bin_count(); ++bin) {
-      state->of_bin.push_back(bin == 0 ? BinPlane{} : state->choose_plane(bin, options, largest));
+      state->of_bin.push_back(state->choose_plane(bin, options, largest));
     }
   }
   state_ = std::move(state);
@@ -260,7 +260,8 @@ TurbulentWindAtPoints::Plane TurbulentWindAtPoints::plane(int bin) const {
   return {chosen.plane->rows(), chosen.plane->columns(), chosen.row_spacing, chosen.column_spacing};
 }
 
-void TurbulentWindAtPoints::State::draw_nodes(int bin, Work& work) const {
+void TurbulentWindAtPoints::State::draw_nodes(int bin, int draw, Work& work) const {
+  const std::uint32_t address = bin_of_draw(bin, draw);
   const BinPlane& chosen = of_bin[static_cast<std::size_t>(bin)];
   const auto columns = static_cast<std::size_t>(chosen.kept_columns),
              rows = static_cast<std::size_t>(chosen.kept_rows);
@@ -271,8 +272,7 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, Work& work) const {
   for (std::size_t c = 0; c < 3; ++c) {
     if (!chosen.coherent[c]) {
       work.noise[c].resize(static_cast<std::size_t>(count));
-      draw_noise(wind.amplitudes, wind.seed, streams[c], static_cast<std::uint32_t>(bin),
-                 work.noise[c].size(), work.noise[c].data());
+      draw_noise(wind.amplitudes, wind.seed, streams[c], address, work.noise[c].size(), work.noise[c].data());
       for (std::size_t node = 0; node < columns * rows; ++node) {
         std::fill_n(work.nodes.data() + node * node_size + 2 * c, 2, 0.0F);
         std::fill_n(work.nodes.data() + node * node_size + noise_of_cell + 2 * c, 2, 0.0F);
@@ -286,11 +286,10 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, Work& work) const {
       chosen.plane->set_coherences(set, chosen.row_spacing, chosen.column_spacing, work.plane);
     }
     const int which = same(chosen.decays[c], set[0]) ? 0 : 1;
-    chosen.plane->draw(wind.amplitudes, wind.seed, streams[c], static_cast<std::uint32_t>(bin), which,
-                       work.plane);
+    chosen.plane->draw(wind.amplitudes, wind.seed, streams[c], address, which, work.plane);
     work.cell_noise.resize(columns * rows);
-    draw_noise(wind.amplitudes, wind.seed, streams[c], cell_bins + static_cast<std::uint32_t>(bin),
-               work.cell_noise.size(), work.cell_noise.data());
+    draw_noise(wind.amplitudes, wind.seed, streams[c], cell_bins + address, work.cell_noise.size(),
+               work.cell_noise.data());
     const float scale = work.plane.scale[static_cast<std::size_t>(which)];
     for (std::size_t row = 0; row < rows; ++row) {
       const std::complex<float>* from =
@@ -306,16 +305,17 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, Work& work) const {
   }
 }
 
-Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin) const {
+Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin, int draw) const {
   const State& s = *state_;
-  if (bin == 0 || s.of_bin.empty()) return Eigen::Matrix3Xcd::Zero(3, s.count);
+  if (s.of_bin.empty()) return Eigen::Matrix3Xcd::Zero(3, s.count);
   Work& work = s.works.local();
-  s.draw_nodes(bin, work);
+  s.draw_nodes(bin, draw, work);
   const BinPlane& chosen = s.of_bin[static_cast<std::size_t>(bin)];
 
   work.levels.resize(4 * s.level_height.size());
   for (std::size_t i = 0; i < s.level_height.size(); ++i) {
-    const Vec3 power = spectrum(s.wind.spectrum, s.axis.frequency(bin), s.level_height[i], s.level_speed[i]);
+    const Vec3 power =
+        spectrum(s.wind.spectrum, s.axis.middle_frequency(bin), s.level_height[i], s.level_speed[i]);
     for (int c = 0; c < 3; ++c) {
       work.levels[4 * i + static_cast<std::size_t>(c)] =
           static_cast<float>(std::sqrt(power[c] / (2 * s.axis.period)));
@@ -339,7 +339,8 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin) const {
   }
   const std::int32_t next_column = chosen.kept_columns > 1 ? node_size : 0;
   const std::int32_t next_row = chosen.kept_rows > 1 ? cell.row_size : 0;
-  const auto turns_per_metre = static_cast<float>(std::min(1e9, s.axis.frequency(bin) / s.wind.mean.speed));
+  const auto turns_per_metre =
+      static_cast<float>(std::min(1e9, s.axis.middle_frequency(bin) / s.wind.mean.speed));
   const Vec3 along = heading_direction(s.wind.mean);
   const auto cosine = static_cast<float>(along[0]), sine = static_cast<float>(along[1]);
 

@@ -40,8 +40,9 @@ class TurbulentWindAtPoints {
                         const WindAtPointsOptions& options = {});
   ~TurbulentWindAtPoints();
 
-  // (3 x N) [m/s]. Bin 0, the mean, is zero. May be called from several threads.
-  Eigen::Matrix3Xcd velocity(int bin) const;
+  // (3 x N) [m/s]. Bin 0 stands for gusts slower than the loop, at TimeAxis::middle_frequency. Another draw,
+  // up to 127, is another realisation of the same bin. May be called from several threads.
+  Eigen::Matrix3Xcd velocity(int bin, int draw = 0) const;
 
   // The plane of a bin: its nodes (up, across), with the padding, and their spacing [m].
   struct Plane {

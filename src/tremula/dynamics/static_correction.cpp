@@ -1,0 +1,72 @@
+#include "tremula/dynamics/static_correction.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+namespace tremula {
+
+StaticShapes static_shapes(const Structure& structure, const Loads& loads, const Modes& modes) {
+  constexpr double negligible = 1e-10;  // of the elastic energy under the load
+  const Eigen::VectorXd flexibility = modes.omega().cwiseAbs2().cwiseInverse();
+  std::vector<Eigen::VectorXd> deflections, forces;
+  for (int direction = 0; direction < 3; ++direction) {
+    Eigen::Matrix3Xd gust = Eigen::Matrix3Xd::Zero(3, structure.branch_count());
+    gust.row(direction).setOnes();
+    const Eigen::VectorXd force = fluctuating_force(structure, loads, gust);
+    const Eigen::VectorXd exact = solve_static(structure, force);
+    const Eigen::VectorXd modal = modes.shapes.transpose() * force;
+    const Eigen::VectorXd by_modes = modes.shapes * flexibility.cwiseProduct(modal);
+    const Eigen::VectorXd left = exact - by_modes;
+    // K of what is left, without forming K: K phi = omega^2 M phi.
+    const Eigen::VectorXd force_left = force - apply_mass(structure, modes.shapes * modal);
+    if (!(left.dot(force_left) > negligible * exact.dot(force))) continue;
+    deflections.push_back(left);
+    forces.push_back(force_left);
+  }
+  const auto count = static_cast<Eigen::Index>(deflections.size());
+  const StaticShapes none{Eigen::VectorXd(0), Eigen::MatrixXd(structure.size(), 0)};
+  if (count == 0) return none;
+  Eigen::MatrixXd vectors(structure.size(), count), stiffness(count, count), mass(count, count);
+  for (Eigen::Index a = 0; a < count; ++a) {
+    const auto i = static_cast<std::size_t>(a);
+    const double scale = 1 / std::sqrt(deflections[i].dot(forces[i]));
+    vectors.col(a) = scale * deflections[i];
+    forces[i] *= scale;
+  }
+  for (Eigen::Index a = 0; a < count; ++a) {
+    const Eigen::VectorXd inertia = apply_mass(structure, vectors.col(a));
+    for (Eigen::Index b = 0; b < count; ++b) {
+      stiffness(a, b) = vectors.col(b).dot(forces[static_cast<std::size_t>(a)]);
+      mass(a, b) = vectors.col(b).dot(inertia);
+    }
+  }
+  // Directions that say the same (a flat plant) leave fewer shapes than three.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> independent(0.5 * (stiffness + stiffness.transpose()));
+  Eigen::Index first = 0;
+  while (first < count && independent.eigenvalues()[first] < 1e-8) ++first;
+  const Eigen::MatrixXd basis = independent.eigenvectors().rightCols(count - first);
+  if (basis.cols() == 0) return none;
+  const Eigen::MatrixXd reduced_stiffness = basis.transpose() * stiffness * basis;
+  const Eigen::MatrixXd reduced_mass = basis.transpose() * mass * basis;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(reduced_stiffness, reduced_mass);
+  return {solver.eigenvalues().cwiseMax(0).cwiseSqrt() / (2 * std::numbers::pi),
+          vectors * (basis * solver.eigenvectors())};
+}
+
+Modes with_static_shapes(const Modes& modes, const StaticShapes& shapes) {
+  Modes all = modes;
+  if (shapes.count() == 0) return all;
+  const Eigen::Index count = modes.count(), more = shapes.count();
+  all.frequency.conservativeResize(count + more);
+  all.frequency.tail(more) = shapes.frequency;
+  all.residual.conservativeResizeLike(Eigen::VectorXd::Zero(count + more));
+  all.error_bound.conservativeResizeLike(Eigen::VectorXd::Zero(count + more));
+  all.shapes.conservativeResize(Eigen::NoChange, count + more);
+  all.shapes.rightCols(more) = shapes.shapes;
+  return all;
+}
+
+}  // namespace tremula

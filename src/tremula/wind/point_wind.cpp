@@ -1,0 +1,73 @@
+#include "tremula/wind/point_wind.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/wind/field_at_points.hpp"
+#include "tremula/wind/wind_at_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace tremula {
+namespace {
+
+Eigen::Matrix3Xd mean_velocity(const MeanWind& wind, const Eigen::Matrix3Xd& points) {
+  Eigen::Matrix3Xd velocity(3, points.cols());
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    velocity.col(k) = mean_speed(wind, points(2, k)) * heading_direction(wind);
+  }
+  return velocity;
+}
+
+// Half way up the plant: where the spectrum's shape is taken that bends inside a bin.
+double middle_height(const Eigen::Matrix3Xd& points) {
+  return std::max(lowest_spectrum_height, 0.5 * (points.row(2).minCoeff() + points.row(2).maxCoeff()));
+}
+
+template <class AtPoints>
+std::function<Eigen::Matrix3Xcd(int, int)> draws_of(const std::shared_ptr<const AtPoints>& wind) {
+  return [wind](int bin, int draw) { return wind->velocity(bin, draw); };
+}
+
+PointWind at_points(const TurbulentWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  PointWind result{.mean = mean_velocity(wind.mean, points),
+                   .velocity = draws_of(std::make_shared<const TurbulentWindAtPoints>(wind, loop, points))};
+  const double height = middle_height(points), speed = mean_speed(wind.mean, height);
+  if (speed > 0) {
+    result.power = [model = wind.spectrum, height, speed](double omega) {
+      return spectrum(model, omega / (2 * std::numbers::pi), height, speed)[0];
+    };
+  }
+  return result;
+}
+
+PointWind at_points(const StamWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  PointWind result{.mean = mean_velocity(wind.mean, points),
+                   .velocity = draws_of(std::make_shared<const StamWindAtPoints>(wind, loop, points))};
+  const double height = middle_height(points), speed = mean_speed(wind.mean, height);
+  if (wind.rows == StamRows::unit_variance && speed > 0) {
+    result.power = [height, speed](double omega) {
+      return simiu_scanlan_spectrum(omega / (2 * std::numbers::pi), height, speed, 1)[0];
+    };
+  }
+  return result;
+}
+
+PointWind at_points(const GivenWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  if (!wind.field) throw InputError("wind", "no field", "one");
+  const auto field = std::make_shared<const FieldAtPoints>(*wind.field, wind.heading, loop, points);
+  PointWind result{.mean = field->mean_velocity(),
+                   .velocity = [field](int bin, int) { return field->velocity(bin); },
+                   .has_draws = false,
+                   .has_slow_gusts = false};
+  result.warnings = field->warnings();
+  return result;
+}
+
+}  // namespace
+
+PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  return std::visit([&](const auto& kind) { return at_points(kind, loop, points); }, wind);
+}
+
+}  // namespace tremula

@@ -1,0 +1,42 @@
+// The winds there are, and what the cascade asks of any of them: coefficients at the plant's points.
+#pragma once
+
+#include "tremula/numerics/time_axis.hpp"
+#include "tremula/wind/field.hpp"
+#include "tremula/wind/stam_wind.hpp"
+#include "tremula/wind/turbulent_wind.hpp"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace tremula {
+
+// A field as it was measured or made elsewhere.
+struct GivenWind {
+  std::shared_ptr<const WindField> field;
+  double heading = 0;  // where its x axis points to, as MeanWind::heading [degrees]
+};
+
+using Wind = std::variant<TurbulentWind, StamWind, GivenWind>;
+
+// A wind at fixed points and for one loop. Coefficients in the convention of StamWindAtPoints.
+struct PointWind {
+  Eigen::Matrix3Xd mean;  // (3 x N) [m/s]
+  // (3 x N) [m/s] of a bin; another draw is another realisation. May be called from several threads.
+  std::function<Eigen::Matrix3Xcd(int bin, int draw)> velocity;
+  // How its power goes with the frequency [rad/s], in any unit; empty: white, or not known.
+  std::function<double(double omega)> power = {};
+  bool has_draws = true;       // false: what was given once, once
+  bool has_slow_gusts = true;  // bin 0 is more than the mean
+  std::vector<std::string> warnings = {};
+};
+
+// points (3 x N) [m], z above the ground. Throws InputError for a wind that cannot be.
+PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points);
+
+}  // namespace tremula

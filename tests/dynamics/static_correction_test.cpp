@@ -1,0 +1,79 @@
+#include "tremula/dynamics/static_correction.hpp"
+
+#include "tremula/modes/solve_modes.hpp"
+
+#include <gtest/gtest.h>
+
+#include "trees.hpp"
+
+namespace tremula {
+namespace {
+
+struct Case {
+  Structure structure;
+  Loads loads;
+};
+
+Case tree_in_wind() {
+  const Skeleton skeleton = test::awkward_tree();
+  const Structure structure = assemble(skeleton, {});
+  Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, skeleton.branch_count());
+  wind.row(0).setConstant(6);
+  wind.row(1).setConstant(1);
+  return {structure, linearise_loads(skeleton, structure, wind)};
+}
+
+TEST(StaticShapes, WithOneModeGiveTheExactDeflectionUnderAnyGustThatIsTheSameEverywhere) {
+  const auto [structure, loads] = tree_in_wind();
+  const Modes one = solve_modes(structure, {.count = 1});
+  const StaticShapes shapes = static_shapes(structure, loads, one);
+  ASSERT_EQ(shapes.count(), 3);
+  const Modes all = with_static_shapes(one, shapes);
+  for (const Vec3& gust : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.3, -0.2, 1)}) {
+    const Eigen::VectorXd force =
+        fluctuating_force(structure, loads, gust.replicate(1, structure.branch_count()));
+    const Eigen::VectorXd exact = solve_static(structure, force);
+    const Eigen::VectorXd coordinates =
+        (all.shapes.transpose() * force).cwiseQuotient(all.omega().cwiseAbs2());
+    EXPECT_LT((all.shapes * coordinates - exact).norm(), 1e-9 * exact.norm());
+    // One mode alone is far off.
+    const Eigen::VectorXd by_one = one.shapes.col(0) * coordinates[0];
+    EXPECT_GT((by_one - exact).norm(), 0.05 * exact.norm());
+  }
+}
+
+TEST(StaticShapes, AreAtRightAnglesToTheModesInMassAndStiffness) {
+  const auto [structure, loads] = tree_in_wind();
+  const Modes modes = solve_modes(structure, {.count = 6});
+  const Modes all = with_static_shapes(modes, static_shapes(structure, loads, modes));
+  const Eigen::Index count = all.count();
+  Eigen::MatrixXd mass(count, count), stiffness(count, count);
+  for (Eigen::Index r = 0; r < count; ++r) {
+    mass.col(r) = all.shapes.transpose() * apply_mass(structure, all.shapes.col(r));
+    stiffness.col(r) = all.shapes.transpose() * apply_stiffness(structure, all.shapes.col(r));
+  }
+  EXPECT_LT((mass - Eigen::MatrixXd::Identity(count, count)).cwiseAbs().maxCoeff(), 1e-6);
+  const Eigen::VectorXd squares = all.omega().cwiseAbs2();
+  for (Eigen::Index r = 0; r < count; ++r) {
+    for (Eigen::Index s = 0; s < count; ++s) {
+      EXPECT_NEAR(stiffness(r, s), r == s ? squares[r] : 0, 1e-5 * std::sqrt(squares[r] * squares[s]));
+    }
+  }
+  EXPECT_GT(all.frequency.tail(3).minCoeff(), modes.frequency[5]);
+}
+
+TEST(StaticShapes, AreNoneWhereTheModesAreAll) {
+  const auto [structure, loads] = tree_in_wind();
+  const Modes modes = solve_modes(structure, {.count = all_modes});
+  EXPECT_EQ(static_shapes(structure, loads, modes).count(), 0);
+}
+
+TEST(StaticShapes, AreNoneWithoutWind) {
+  const Skeleton skeleton = test::random_tree(10, 1);
+  const Structure structure = assemble(skeleton, {});
+  const Loads calm = linearise_loads(skeleton, structure, Eigen::Matrix3Xd::Zero(3, 10));
+  EXPECT_EQ(static_shapes(structure, calm, solve_modes(structure, {.count = 2})).count(), 0);
+}
+
+}  // namespace
+}  // namespace tremula
