@@ -66,6 +66,15 @@ class Newmark {
     return state;
   }
 
+  // Where the force of t = 0 holds it.
+  TimeState start_at_rest() const {
+    const Eigen::SimplicialLLT<Sparse> stiffness(matrices_.stiffness);
+    if (stiffness.info() != Eigen::Success) {
+      throw Error("time integration: the stiffness matrix is not positive definite");
+    }
+    return start({stiffness.solve(force_at(0)), Eigen::VectorXd::Zero(size()), {}});
+  }
+
   // From one instant to the next, at `time`. The unknown is the change of the displacement, so that nothing
   // of order 1/h^2 times the displacement cancels.
   void advance(TimeState& state, double time) const {
@@ -131,8 +140,7 @@ PeriodicResponse periodic_response(const SparseMatrices& matrices, const Sparse&
   }
   const double step = axis.period / axis.sample_count / settings.steps_per_sample;
   const Newmark newmark(matrices, damping, force, step);
-  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(newmark.size());
-  TimeState state = newmark.start({rest, rest, rest});
+  TimeState state = newmark.start_at_rest();
   Eigen::MatrixXd before = Eigen::MatrixXd::Zero(newmark.size(), axis.sample_count);
   PeriodicResponse response{before, 0, 1};
   double change_before = 0;

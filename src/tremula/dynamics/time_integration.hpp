@@ -59,10 +59,11 @@ struct PeriodicResponse {
   double missing = 0;            // about the most it differs from the loop after infinitely many, relative
 };
 
-// The motion under a force that repeats every axis.period, loop after loop from rest until it repeats too.
-// Each loop changes less than the one before, by a factor r; what is missing after it is at most the
-// change times r/(1 - r), the sum of all changes to come. Throws as integrate_newmark does, and Error when
-// the largest number of loops is not enough.
+// The motion under a force that repeats every axis.period, loop after loop until it repeats too. It starts at
+// rest where the force of t = 0 holds the structure, so that the fast modes have little to ring with. Each
+// loop changes less than the one before, by a factor r; what is missing after it is at most the change times
+// r/(1 - r), the sum of all changes to come. Throws as integrate_newmark does, and Error when the stiffness
+// is not positive definite or the largest number of loops is not enough.
 PeriodicResponse periodic_response(const SparseMatrices& matrices, const Eigen::SparseMatrix<double>& damping,
                                    const ForceAtTime& force, const TimeAxis& axis,
                                    const PeriodicIntegration& settings = {});
