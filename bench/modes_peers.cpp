@@ -1,11 +1,15 @@
 // The modes of random trees by this program and by the solvers in use, same trees, same number of modes, same
 // tolerance, one run: ARPACK with CHOLMOD (shift-invert), Spectra with SimplicialLDLT (shift-invert),
-// LAPACK's dense generalised solver (small trees). Prints seconds, ratios to the best peer, and the largest
-// relative error of a frequency against the dense or tightest solution of the compliance form. Usage:
-// bench_modes_peers [MODES [BRANCHES…]]   (40; 17 62 212 692 2257)
+// a dense generalised solver (small trees). Every solver runs in a process of its own, on one thread (tremula
+// on two as well). Prints seconds, the ratio to the best peer, peak memory, and the largest relative error of
+// a frequency against Ritz values in long double. Usage: bench_modes_peers [MODES [BRANCHES…]]   (40; 17 62
+// 212 692 2257 20000)
 
 #include <Spectra/SymGEigsShiftSolver.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <tbb/global_control.h>
+#include <unistd.h>
 
 #include <Eigen/CholmodSupport>
 #include <Eigen/Eigenvalues>
@@ -18,6 +22,7 @@
 #include <string>
 #include <vector>
 
+#include "long_double_reference.hpp"
 #include "plants.hpp"
 #include "tremula/modes/solve_modes.hpp"
 #include "tremula/structure/sparse_matrices.hpp"
@@ -104,54 +109,96 @@ Eigen::VectorXd by_dense(const SparseMatrices& matrices, int count) {
   return solver.eigenvalues().head(count);
 }
 
-// The best of a few runs.
-double seconds(const std::function<void()>& work) {
-  double best = 1e30;
-  const auto begun = std::chrono::steady_clock::now();
-  for (int run = 0; run < 5; ++run) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    const auto now = std::chrono::steady_clock::now();
-    best = std::min(best, std::chrono::duration<double>(now - start).count());
-    if (std::chrono::duration<double>(now - begun).count() > 3) break;
-  }
-  return best;
-}
+// What a solver gave, in a process of its own.
+struct Outcome {
+  double seconds = -1, peak_gigabytes = 0;
+  Eigen::VectorXd omega;
+};
 
-double largest_error(const Eigen::VectorXd& squares, const Eigen::VectorXd& omega) {
-  if (squares.size() != omega.size()) return -1;
-  return (squares.cwiseSqrt().cwiseQuotient(omega).array() - 1).abs().maxCoeff();
+// The best of a few runs of `solve`, which gives omega [rad/s].
+Outcome measure(int threads, Eigen::Index count, const std::function<Eigen::VectorXd()>& solve) {
+  int ends[2];
+  if (pipe(ends) != 0) std::abort();
+  const pid_t child = fork();
+  if (child == 0) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism,
+                                      static_cast<std::size_t>(threads));
+    double best = 1e30;
+    Eigen::VectorXd omega;
+    const auto begun = std::chrono::steady_clock::now();
+    for (int run = 0; run < 5; ++run) {
+      const auto start = std::chrono::steady_clock::now();
+      omega = solve();
+      const auto now = std::chrono::steady_clock::now();
+      best = std::min(best, std::chrono::duration<double>(now - start).count());
+      if (std::chrono::duration<double>(now - begun).count() > 3) break;
+    }
+    if (omega.size() != count) best = -1;
+    omega.conservativeResize(count);
+    const bool written = write(ends[1], &best, sizeof best) == sizeof best &&
+                         write(ends[1], omega.data(), static_cast<std::size_t>(count) * sizeof(double)) > 0;
+    _exit(written ? 0 : 1);
+  }
+  close(ends[1]);
+  Outcome outcome;
+  outcome.omega.resize(count);
+  if (read(ends[0], &outcome.seconds, sizeof outcome.seconds) != sizeof outcome.seconds ||
+      read(ends[0], outcome.omega.data(), static_cast<std::size_t>(count) * sizeof(double)) <= 0) {
+    outcome.seconds = -1;
+  }
+  close(ends[0]);
+  rusage usage{};
+  int status = 0;
+  wait4(child, &status, 0, &usage);
+  outcome.peak_gigabytes = static_cast<double>(usage.ru_maxrss) * 1024 / 1e9;
+  return outcome;
 }
 
 void compare(int branches, int count) {
   const Structure structure = assemble(bench::stam_tree(branches), {});
   const int modes = std::min(count, static_cast<int>(structure.size()) / 3);
-  const Eigen::VectorXd reference =
-      solve_modes(structure, {.count = modes, .method = ModeMethod::iterative, .tolerance = 1e-13}).omega();
-  const bool small = structure.size() <= 1300;
-  Eigen::VectorXd own, arpack, spectra, dense;
-  const double own_s =
-      seconds([&] { own = solve_modes(structure, {.count = modes, .tolerance = tolerance}).omega(); });
-  const double arpack_s = seconds([&] { arpack = by_arpack(assemble_sparse(structure), modes); });
-  const double spectra_s = seconds([&] { spectra = by_spectra(assemble_sparse(structure), modes); });
-  const double dense_s = small ? seconds([&] { dense = by_dense(assemble_sparse(structure), modes); }) : 1e30;
-  const double best = std::min({arpack_s, spectra_s, dense_s});
-  std::printf("%8d %5d | %9.4f %9.4f %9.4f %9.4f | %6.2f | %8.1e %8.1e %8.1e %8.1e\n", branches, modes, own_s,
-              arpack_s, spectra_s, small ? dense_s : -1, best / own_s,
-              (own.cwiseQuotient(reference).array() - 1).abs().maxCoeff(), largest_error(arpack, reference),
-              largest_error(spectra, reference), small ? largest_error(dense, reference) : -1);
+  const auto own = [&] { return solve_modes(structure, {.count = modes, .tolerance = tolerance}).omega(); };
+  const auto peer = [&](Eigen::VectorXd (*solve)(const SparseMatrices&, int)) {
+    return [&structure, modes, solve]() -> Eigen::VectorXd {
+      return solve(assemble_sparse(structure), modes).cwiseSqrt();
+    };
+  };
+  const Outcome nothing =
+      measure(1, modes, [&]() -> Eigen::VectorXd { return Eigen::VectorXd::Zero(modes); });
+  const Outcome one = measure(1, modes, own), two = measure(2, modes, own);
+  const Outcome arpack = measure(1, modes, peer(by_arpack)), spectra = measure(1, modes, peer(by_spectra));
+  const Outcome dense = structure.size() <= 1300 ? measure(1, modes, peer(by_dense)) : Outcome{};
+  double best = 1e30;
+  for (const Outcome* other : {&arpack, &spectra, &dense}) {
+    if (other->seconds > 0) best = std::min(best, other->seconds);
+  }
+  const test::LongVector reference =
+      test::long_frequencies(structure, solve_modes(structure, {.count = modes, .tolerance = 1e-12}).shapes);
+  const auto error = [&](const Outcome& outcome) {
+    if (outcome.seconds < 0) return -1.0;
+    const test::LongVector frequency =
+        outcome.omega.cast<long double>() / (2 * std::numbers::pi_v<long double>);
+    return static_cast<double>((frequency.cwiseQuotient(reference).array() - 1).abs().maxCoeff());
+  };
+  std::printf(
+      "%8d %5d | %9.5f %9.5f %9.4f %9.4f %9.4f | %6.2f %6.2f | %8.1e %8.1e %8.1e %8.1e | %6.3f %6.3f %6.3f\n",
+      branches, modes, one.seconds, two.seconds, arpack.seconds, spectra.seconds, dense.seconds,
+      best / one.seconds, best / two.seconds, error(one), error(arpack), error(spectra), error(dense),
+      one.peak_gigabytes - nothing.peak_gigabytes, arpack.peak_gigabytes - nothing.peak_gigabytes,
+      spectra.peak_gigabytes - nothing.peak_gigabytes);
   std::fflush(stdout);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const int count = argc > 1 ? std::atoi(argv[1]) : 40;
-  std::vector<int> sizes{17, 62, 212, 692, 2257};
+  std::vector<int> sizes{17, 62, 212, 692, 2257, 20000};
   if (argc > 2) sizes.clear();
   for (int i = 2; i < argc; ++i) sizes.push_back(std::atoi(argv[i]));
-  std::printf("%8s %5s | %9s %9s %9s %9s | %6s | relative errors of frequencies, in the same order\n",
-              "branches", "modes", "tremula_s", "arpack_s", "spectra_s", "dense_s", "ratio");
+  std::printf(
+      "%8s %5s | %9s %9s %9s %9s %9s | %6s %6s | relative errors of frequencies (tremula, arpack, "
+      "spectra, dense) | memory beside the tree [GB] (tremula, arpack, spectra)\n",
+      "branches", "modes", "tremula_s", "2threads", "arpack_s", "spectra_s", "dense_s", "ratio", "ratio2");
   for (const int branches : sizes) compare(branches, count);
 }

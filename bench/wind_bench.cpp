@@ -1,8 +1,19 @@
 #include <benchmark/benchmark.h>
 
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include <tbb/global_control.h>
+
 #include "plants.hpp"
 #include "tremula/dynamics/loads.hpp"
+#include "tremula/numerics/fft.hpp"
+#include "tremula/numerics/random.hpp"
+#include "tremula/wind/coherent_plane.hpp"
 #include "tremula/wind/stam_wind.hpp"
+#include "tremula/wind/synthesis.hpp"
+#include "tremula/wind/wind_at_points.hpp"
 
 namespace tremula {
 namespace {
@@ -18,6 +29,119 @@ void stam_wind_bin(benchmark::State& state) {
       benchmark::Counter(50e-9 * pairs, benchmark::Counter::kIsIterationInvariantRate);
 }
 BENCHMARK(stam_wind_bin)->Arg(212)->Arg(692)->Arg(2257)->Unit(benchmark::kMillisecond);
+
+// The field of wind engineers: points x points over 145 m x 145 m, 4096 steps of 0.1 s, 12 m/s at 90 m.
+WindGrid rotor(int points) {
+  return {.y_count = points,
+          .z_count = points,
+          .step_count = 4096,
+          .y_spacing = 145.0 / (points - 1),
+          .z_spacing = 145.0 / (points - 1),
+          .bottom = 17.5,
+          .step = 0.1};
+}
+
+TurbulentWind storm(SpectrumKind kind) {
+  return turbulent_wind({.speed = 12, .reference_height = 90, .profile = ProfileKind::power}, 0.15, kind);
+}
+
+double plane_flops(int rows, int columns) {
+  return 5.0 * rows * columns * std::log2(static_cast<double>(rows) * columns);
+}
+
+double series_flops(int steps) { return 2.5 * steps * std::log2(steps); }
+
+void rate(benchmark::State& state, double flops) {
+  state.counters["GFLOP/s"] = benchmark::Counter(1e-9 * flops, benchmark::Counter::kIsIterationInvariantRate);
+}
+
+// The whole, one thread: u, v, w coherent. range(1): 0 simiu-scanlan, 1 iec-kaimal. Limit: "flops" counts the
+// transform in time alone, the part that no method goes without.
+void wind_field(benchmark::State& state) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const WindGrid grid = rotor(static_cast<int>(state.range(0)));
+  const TurbulentWind wind =
+      storm(state.range(1) == 0 ? SpectrumKind::simiu_scanlan : SpectrumKind::iec_kaimal);
+  for (auto _ : state) benchmark::DoNotOptimize(synthesise_wind(wind, grid));
+  rate(state, 3.0 * static_cast<double>(grid.point_count()) * series_flops(grid.step_count));
+}
+BENCHMARK(wind_field)
+    ->Args({31, 0})
+    ->Args({31, 1})
+    ->Args({51, 0})
+    ->Args({51, 1})
+    ->Unit(benchmark::kMillisecond);
+
+// The parts. First the two bare transforms, which are the limit of what follows.
+void bare_plane_series(benchmark::State& state) {
+  const int size = static_cast<int>(state.range(0));
+  const PlaneSeries series(size, size, size);
+  FftArray<std::complex<float>> plane(series.size());
+  for (auto _ : state) {
+    series.sum(plane.data());
+    benchmark::ClobberMemory();
+  }
+  rate(state, plane_flops(size, size));
+}
+BENCHMARK(bare_plane_series)->Arg(56)->Arg(64)->Arg(80)->Arg(112)->Unit(benchmark::kMicrosecond);
+
+void bare_real_series(benchmark::State& state) {
+  const RealSeries series(4096, 32);
+  FftArray<std::complex<float>> in(32 * static_cast<std::size_t>(series.bin_count()));
+  FftArray<float> out(32 * static_cast<std::size_t>(series.pitch()));
+  for (auto _ : state) {
+    series.sum(in.data(), out.data());
+    benchmark::ClobberMemory();
+  }
+  rate(state, 32 * series_flops(4096));
+}
+BENCHMARK(bare_real_series)->Unit(benchmark::kMicrosecond);
+
+// Kernel, transform and roots for two bins; the flops are those of the transform.
+void coherence_of_two_bins(benchmark::State& state) {
+  const int size = static_cast<int>(state.range(0));
+  const CoherentPlane plane(size, size, size);
+  CoherentPlaneWork work;
+  for (auto _ : state)
+    plane.set_coherences({CoherenceDecay{0.3, 0.3}, CoherenceDecay{0.31, 0.31}}, 1, 1, work);
+  rate(state, plane_flops(size, size));
+}
+BENCHMARK(coherence_of_two_bins)->Arg(64)->Arg(112)->Unit(benchmark::kMicrosecond);
+
+// Noise, amplitudes and transform of one bin; the flops are those of the transform.
+void coherent_plane_of_a_bin(benchmark::State& state) {
+  const int size = static_cast<int>(state.range(0));
+  const CoherentPlane plane(size, size, size);
+  CoherentPlaneWork work;
+  plane.set_coherences({CoherenceDecay{0.3, 0.3}, CoherenceDecay{0.31, 0.31}}, 1, 1, work);
+  std::uint32_t bin = 0;
+  for (auto _ : state) plane.draw(Amplitudes::gaussian, 1, RandomStream::wind_u, ++bin, 0, work);
+  rate(state, plane_flops(size, size));
+}
+BENCHMARK(coherent_plane_of_a_bin)->Arg(64)->Arg(112)->Unit(benchmark::kMicrosecond);
+
+void complex_gaussians_of_a_bin(benchmark::State& state) {
+  std::vector<std::complex<float>> values(4096);
+  std::uint32_t bin = 0;
+  for (auto _ : state) {
+    complex_gaussians(1, RandomStream::wind_u, ++bin, values.size(), values.data());
+    benchmark::ClobberMemory();
+  }
+  state.SetItemsProcessed(static_cast<std::int64_t>(values.size()) * state.iterations());
+}
+BENCHMARK(complex_gaussians_of_a_bin)->Unit(benchmark::kMicrosecond);
+
+// All bins of a loop of 600 samples at the branches of a tree, with what it takes to begin.
+void wind_at_branches(benchmark::State& state) {
+  const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
+  const Eigen::Matrix3Xd points = load_points(skeleton);
+  const TimeAxis axis{20, 600};
+  for (auto _ : state) {
+    const TurbulentWindAtPoints wind(turbulent_wind({}, 0.2), axis, points);
+    for (int bin = 0; bin < axis.bin_count(); ++bin) benchmark::DoNotOptimize(wind.velocity(bin));
+  }
+}
+BENCHMARK(wind_at_branches)->Arg(212)->Arg(2257)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace tremula

@@ -123,8 +123,9 @@ void write_contact_sheet(const std::string& path, const Loop& loop) {
   std::vector<std::string> labels;
   for (int i = 0; i < cells; ++i) {
     const double time = loop.motion.period * i / cells;
-    const SurfaceDelta delta = deform_surface(loop.subject.skeleton, loop.surface,
-                                              displacement_at(loop.subject.modes, loop.motion, time));
+    const SurfaceDelta delta =
+        deform_surface(loop.subject.skeleton, loop.surface,
+                       displacement_at(loop.subject.modes, loop.motion, time), &loop.subject.structure);
     positions.push_back(loop.surface.position);
     normals.push_back(loop.surface.normal);
     for (std::size_t v = 0; v < loop.surface.vertex_count(); ++v) {
@@ -151,7 +152,8 @@ void write_contact_sheet(const std::string& path, const Loop& loop) {
 void write_output(const std::string& path, const Loop& loop, std::span<const int> frames) {
   const std::string extension = lower_extension(path);
   const auto morphs = [&](MorphForm form) {
-    return make_morph_targets(loop.subject.skeleton, loop.surface, loop.subject.modes, loop.motion, form);
+    return make_morph_targets(loop.subject.skeleton, loop.surface, loop.subject.modes, loop.motion, form,
+                              &loop.subject.structure);
   };
   if (extension == ".glb") write_glb(path, loop.surface, morphs(MorphForm::paired), loop.info);
   if (extension == ".html") write_html(path, loop.surface, morphs(MorphForm::signed_weights), loop.info);

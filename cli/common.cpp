@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -145,6 +146,14 @@ void StructureFlags::add_to(CLI::App& command) {
       ->group(group);
   command.add_flag("--no-rotatory-inertia", no_rotatory_inertia, "Leave out the rotatory inertia of bending")
       ->group(group);
+  command
+      .add_option("--root-rotation-stiffness", root_rotation_stiffness,
+                  "Each stem stands on a spring of this rotational stiffness [N m/rad]; otherwise clamped")
+      ->group(group);
+  command
+      .add_option("--root-translation-stiffness", root_translation_stiffness,
+                  "and of this translational stiffness [N/m]; otherwise it does not shift")
+      ->group(group);
 }
 
 StructureOptions StructureFlags::options() const {
@@ -159,18 +168,24 @@ StructureOptions StructureFlags::options() const {
   options.material.density = density.value_or(options.material.density);
   options.section = section == "paper" ? Section::paper : Section::exact;
   options.rotatory_inertia = !no_rotatory_inertia;
+  options.root.rotation = root_rotation_stiffness.value_or(options.root.rotation);
+  options.root.translation = root_translation_stiffness.value_or(options.root.translation);
   check_material(options.material);
+  check_root(options.root);
   return options;
 }
 
 Json describe(const StructureOptions& options) {
+  const auto stiffness = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   return {{"material", options.material.name},
           {"youngs_modulus_pa", options.material.youngs_modulus},
           {"shear_modulus_pa", options.material.shear_modulus},
           {"density_kg_m3", options.material.density},
           {"source", options.material.source},
           {"section", options.section == Section::paper ? "paper" : "exact"},
-          {"rotatory_inertia", options.rotatory_inertia}};
+          {"rotatory_inertia", options.rotatory_inertia},
+          {"root_rotation_stiffness_n_m_rad", stiffness(options.root.rotation)},
+          {"root_translation_stiffness_n_m", stiffness(options.root.translation)}};
 }
 
 void ThreadsFlag::add_to(CLI::App& command) {

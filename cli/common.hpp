@@ -30,10 +30,12 @@ Json describe(const Plant& plant);
 std::string lower_extension(const std::string& path);  // ".glb"
 std::uint64_t peak_bytes();
 
-// --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia
+// --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,
+// --root-rotation-stiffness, --root-translation-stiffness
 struct StructureFlags {
   std::string material = "green-wood", section = "exact";
   std::optional<double> youngs_modulus, shear_modulus, density;
+  std::optional<double> root_rotation_stiffness, root_translation_stiffness;
   bool no_rotatory_inertia = false;
 
   void add_to(CLI::App& command);

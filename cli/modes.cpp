@@ -2,6 +2,8 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/modes_plot.hpp"
+#include "tremula/modes/mode_quality.hpp"
 
 #include <cstdio>
 #include <iostream>
@@ -13,63 +15,98 @@ namespace tremula::cli {
 namespace {
 
 struct ModesCommand {
-  std::string input, format = "table", output;
+  std::string input, format = "table", output, plot;
   int count = 40;
   std::optional<double> up_to;
-  double tolerance = 1e-12;
+  double tolerance = ModeOptions{}.tolerance;
   std::string method = "automatic";
+  std::size_t memory_limit = ModeOptions{}.memory_limit;
   StructureFlags structure;
   ThreadsFlag threads;
 
   void run() const;
 };
 
-std::string as_table(const Plant& plant, const Modes& modes) {
+// What is said of the modes, in whatever format.
+struct Found {
+  const Plant& plant;
+  const Modes& modes;
+  const ModeQuality& quality;
+};
+
+std::string as_table(const Found& found) {
+  const auto& [plant, modes, quality] = found;
+  const Eigen::MatrixX3d percent = 100 * quality.effective_mass_share();
   std::string text;
-  char line[160];
-  std::snprintf(line, sizeof line, "%s: %d branches, %d modes\n%6s %14s %12s %11s %11s\n", plant.name.c_str(),
-                plant.imported.skeleton.branch_count(), modes.count(), "mode", "frequency_hz", "period_s",
-                "residual", "error_bound");
+  char line[200];
+  std::snprintf(
+      line, sizeof line, "%s: %d branches, %.4g kg, %d modes\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n",
+      plant.name.c_str(), plant.imported.skeleton.branch_count(), quality.total_mass, modes.count(), "mode",
+      "frequency_hz", "period_s", "residual", "error_bound", "kind", "mass_x_%", "mass_y_%", "mass_z_%");
   text += line;
   for (int r = 0; r < modes.count(); ++r) {
-    std::snprintf(line, sizeof line, "%6d %14.6f %12.4f %11.1e %11.1e\n", r + 1, modes.frequency[r],
-                  1 / modes.frequency[r], modes.residual[r], modes.error_bound[r]);
+    std::snprintf(line, sizeof line, "%6d %14.6f %12.4f %11.1e %11.1e %8s %9.3f %9.3f %9.3f\n", r + 1,
+                  modes.frequency[r], 1 / modes.frequency[r], modes.residual[r], modes.error_bound[r],
+                  name_of(quality.kind[static_cast<std::size_t>(r)]).data(), percent(r, 0), percent(r, 1),
+                  percent(r, 2));
     text += line;
   }
-  return text;
+  const Eigen::RowVector3d sum = percent.colwise().sum();
+  std::snprintf(line, sizeof line, "%67s %9.3f %9.3f %9.3f\n", "all listed", sum[0], sum[1], sum[2]);
+  return text + line;
 }
 
-std::string as_csv(const Modes& modes) {
-  std::string text = "mode,frequency_hz,residual,error_bound\n";
-  char line[160];
+std::string as_csv(const Found& found) {
+  const auto& [plant, modes, quality] = found;
+  const Eigen::MatrixX3d share = quality.effective_mass_share();
+  std::string text =
+      "mode,frequency_hz,residual,error_bound,kind,effective_mass_share_x,effective_mass_share_y,"
+      "effective_mass_share_z\n";
+  char line[200];
   for (int r = 0; r < modes.count(); ++r) {
-    std::snprintf(line, sizeof line, "%d,%.15g,%.3g,%.3g\n", r + 1, modes.frequency[r], modes.residual[r],
-                  modes.error_bound[r]);
+    std::snprintf(line, sizeof line, "%d,%.15g,%.3g,%.3g,%s,%.6g,%.6g,%.6g\n", r + 1, modes.frequency[r],
+                  modes.residual[r], modes.error_bound[r],
+                  name_of(quality.kind[static_cast<std::size_t>(r)]).data(), share(r, 0), share(r, 1),
+                  share(r, 2));
     text += line;
   }
   return text;
 }
 
-std::string as_json(const Plant& plant, const StructureOptions& structure, const Modes& modes, double setup,
-                    double solve) {
+Json as_json(const Found& found, const StructureOptions& structure, const Json& seconds) {
+  const auto& [plant, modes, quality] = found;
   const int branches = plant.imported.skeleton.branch_count();
+  const Eigen::MatrixX3d mass = quality.effective_mass(), share = quality.effective_mass_share();
+  const auto three = [](const auto& row) { return Json{row[0], row[1], row[2]}; };
   Json list = Json::array();
   for (int r = 0; r < modes.count(); ++r) {
+    const auto i = static_cast<std::size_t>(r);
+    const EnergyShares& energy = quality.energy[i];
     list.push_back({{"frequency_hz", modes.frequency[r]},
                     {"residual", modes.residual[r]},
-                    {"error_bound", modes.error_bound[r]}});
+                    {"error_bound", modes.error_bound[r]},
+                    {"kind", name_of(quality.kind[i])},
+                    {"participation", three(quality.participation.row(r))},
+                    {"effective_mass_kg", three(mass.row(r))},
+                    {"effective_mass_share", three(share.row(r))},
+                    {"strain_energy",
+                     {{"trunk", energy.trunk},
+                      {"branch", energy.branch},
+                      {"torsion", energy.torsion},
+                      {"axial", energy.axial}}}});
   }
-  const Json json = {{"branches", branches},
-                     {"dof", 6 * branches},
-                     {"structure", describe(structure)},
-                     {"modes", list},
-                     {"count_found", modes.count_below},
-                     {"count_by_inertia", modes.count_by_inertia},
-                     {"operator_count", modes.operator_count},
-                     {"repairs", describe(plant)["repairs"]},
-                     {"seconds", {{"setup", setup}, {"solve", solve}}},
-                     {"peak_bytes", peak_bytes()}};
-  return json.dump(1) + '\n';
+  return {{"branches", branches},
+          {"dof", 6 * branches},
+          {"structure", describe(structure)},
+          {"total_mass_kg", quality.total_mass},
+          {"modes", list},
+          {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},
+          {"count_found", modes.count_below},
+          {"count_by_inertia", modes.count_by_inertia},
+          {"operator_count", modes.operator_count},
+          {"repairs", describe(plant)["repairs"]},
+          {"seconds", seconds},
+          {"peak_bytes", peak_bytes()}};
 }
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -77,28 +114,55 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }
 
 void ModesCommand::run() const {
+  if (!plot.empty() && lower_extension(plot) != ".svg") {
+    throw InputError("--plot " + plot, "'" + lower_extension(plot) + "'", ".svg");
+  }
+  StageLog log;
+  log.begin("read");
   const Plant plant = open_plant(input);
+  log.finish();
   print_warnings(plant);
+  const Skeleton& skeleton = plant.imported.skeleton;
   const StructureOptions options = structure.options();
   const ModeMethod chosen = method == "dense"       ? ModeMethod::dense
                             : method == "iterative" ? ModeMethod::iterative
                                                     : ModeMethod::automatic;
   threads.run([&] {
-    const auto start = std::chrono::steady_clock::now();
-    const Structure assembled = assemble(plant.imported.skeleton, options);
-    const double setup = seconds_since(start);
-    const ModeOptions mode_options{.count = count, .method = chosen, .tolerance = tolerance};
+    auto begun = std::chrono::steady_clock::now();
+    const auto seconds_taken = [&begun] {
+      const double taken = seconds_since(begun);
+      begun = std::chrono::steady_clock::now();
+      return taken;
+    };
+    log.begin("structure");
+    const Structure assembled = assemble(skeleton, options);
+    const double setup = seconds_taken();
+    const ModeOptions mode_options{.count = count,
+                                   .method = chosen,
+                                   .tolerance = tolerance,
+                                   .memory_limit = memory_limit,
+                                   .progress = [&](double done) { log.progress("modes", done); }};
+    log.begin("modes");
     const Modes modes =
         up_to ? solve_modes_up_to(assembled, *up_to, mode_options) : solve_modes(assembled, mode_options);
-    const double solve = seconds_since(start) - setup;
-    const std::string text = format == "json"  ? as_json(plant, options, modes, setup, solve)
-                             : format == "csv" ? as_csv(modes)
-                                               : as_table(plant, modes);
-    if (output.empty()) {
-      std::cout << text;
-    } else {
-      write_file_atomically(output, text);
-    }
+    const double solve = seconds_taken() - modes.check_seconds;
+    log.begin("quality");
+    const ModeQuality quality = assess_modes(assembled, modes, trunk_branches(skeleton));
+    const double assessed = seconds_taken();
+    log.begin("plot");
+    const std::string picture =
+        plot.empty() ? "" : plot_modes(skeleton, modes, quality, {.title = plant.name});
+    log.finish();
+
+    const Found found{plant, modes, quality};
+    const Json seconds = {
+        {"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
+    const std::string text = format == "json"  ? as_json(found, options, seconds).dump(1) + '\n'
+                             : format == "csv" ? as_csv(found)
+                                               : as_table(found);
+    if (!output.empty()) write_file_atomically(output, text);
+    if (!plot.empty()) write_file_atomically(plot, picture);
+    if (output.empty()) std::cout << text;
   });
 }
 
@@ -118,9 +182,17 @@ void add_modes(CLI::App& app) {
       ->check(CLI::IsMember({"table", "json", "csv"}))
       ->capture_default_str();
   sub.add_option("-o,--output", command->output, "File to write instead of standard output");
+  sub.add_option("--plot", command->plot,
+                 "Picture to draw besides: the frequencies and the first shapes (.svg)");
   sub.add_option("--tolerance", command->tolerance, "Relative residual at which an iterated mode is done")
       ->check(CLI::Range(1e-14, 1e-6))
       ->capture_default_str();
+  sub.add_option(
+         "--max-memory", command->memory_limit,
+         "Memory for the vectors of the search [bytes, or with a unit: 500MB, 2GB]; where they do not "
+         "fit, it restarts and takes longer. The plant itself takes about 1.5 kB a branch")
+      ->transform(CLI::AsSizeValue(false))
+      ->default_str("no limit");
   sub.add_option("--method", command->method,
                  "automatic, dense (all modes at once) or iterative (the lowest)")
       ->check(CLI::IsMember({"automatic", "dense", "iterative"}))
@@ -131,6 +203,9 @@ void add_modes(CLI::App& app) {
       "Examples:\n"
       "  tremula modes tree.swc\n"
       "  tremula modes scan.mat --count 20 --material oak --format csv -o frequencies.csv\n"
+      "  tremula modes oak --plot oak.svg\n"
+      "  tremula modes oak --up-to 3 --plot modes.svg\n"
+      "  tremula modes forest.txt --count 100 --max-memory 2GB\n"
       "  tremula modes tree.txt --youngs-modulus 8e9 --shear-modulus 6e8 --density 900 --format json\n");
   sub.callback([command] { command->run(); });
 }

@@ -28,6 +28,7 @@ PAGE
 mkdir -p docs/figures
 row sapling 1 1040 docs/figures/sapling.png --wind-speed 6 --period 20 --seed 1
 row oak 0 1040 docs/figures/oak.png --wind-speed 12 --period 20 --seed 1
+tremula modes stam-62 --plot docs/figures/modes.svg > /dev/null
 
 refresh() {  # document
   local line command fenced= skipping=
@@ -47,4 +48,4 @@ refresh() {  # document
   cmp -s "$work/document" "$1" || cp "$work/document" "$1"
 }
 for document in README.md docs/guide/*.md; do refresh "$document"; done
-ls -l docs/figures/*.png
+ls -l docs/figures/*

@@ -1,9 +1,11 @@
 #include "cli/program.hpp"
+#include "io/xml.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -49,7 +51,12 @@ TEST(Program, RefusesBadUsageInOneLine) {
   expect_refused("modes sapling --youngs-modulus -1", {"Young's modulus", "-1", "above 0"});
   expect_refused("modes sapling --shear-modulus 0", {"shear modulus", "above 0"});
   expect_refused("modes sapling --density nan", {"density", "nan", "above 0"});
+  expect_refused("modes sapling --root-rotation-stiffness 0", {"rotational stiffness", "0", "above 0"});
+  expect_refused("modes sapling --root-translation-stiffness -3",
+                 {"translational stiffness", "-3", "above 0"});
+  expect_refused("animate sapling -o a.csv --root-rotation-stiffness nan", {"rotational stiffness", "nan"});
   expect_refused("modes sapling --format xml", {"xml", "json"});
+  expect_refused("modes sapling --plot modes.pdf", {"--plot modes.pdf", "'.pdf'", ".svg"});
   expect_refused("grow sapling", {"no output", ".swc"});
   expect_refused("grow sapling -o tree.obj", {"'.obj'", ".swc"});
   expect_refused("grow sapling -o tree.swc --set nonsense", {"nonsense", "NAME=NUMBER"});
@@ -99,25 +106,110 @@ TEST(Program, ModesAsJsonHasWhatScriptsRelyOn) {
   }
   EXPECT_TRUE(json["seconds"]["setup"].is_number());
   EXPECT_TRUE(json["seconds"]["solve"].is_number());
+  EXPECT_TRUE(json["seconds"]["quality"].is_number());
   EXPECT_GT(json["peak_bytes"].get<double>(), 0);
+}
+
+TEST(Program, ModesAsJsonSayWhatEachModeIs) {
+  const test::TemporaryFolder folder;
+  const auto json = nlohmann::json::parse(run(folder, "modes stam-17 --count -1 --format json").output);
+  const double total = json["total_mass_kg"];
+  std::array<double, 3> sum{};
+  for (const auto& mode : json["modes"]) {
+    const auto& energy = mode["strain_energy"];
+    EXPECT_NEAR(energy["trunk"].get<double>() + energy["branch"].get<double>() +
+                    energy["torsion"].get<double>() + energy["axial"].get<double>(),
+                1, 1e-12);
+    const std::string kind = mode["kind"];
+    EXPECT_EQ(kind == "torsion", energy["torsion"].get<double>() > 0.5);
+    EXPECT_EQ(kind == "axial", energy["axial"].get<double>() > 0.5);
+    for (std::size_t d = 0; d < 3; ++d) {
+      const double gamma = mode["participation"][d], share = mode["effective_mass_share"][d];
+      EXPECT_NEAR(mode["effective_mass_kg"][d].get<double>(), gamma * gamma, 1e-12 * total);
+      EXPECT_NEAR(share, gamma * gamma / total, 1e-12);
+      sum[d] += share;
+    }
+  }
+  for (std::size_t d = 0; d < 3; ++d) {
+    EXPECT_NEAR(json["effective_mass_share_of_all_listed"][d].get<double>(), sum[d], 1e-12);
+    EXPECT_GT(sum[d], 0.5);
+    EXPECT_LT(sum[d], 1);
+  }
+}
+
+TEST(Program, AStemOnASoftSpringSwaysSlower) {
+  const test::TemporaryFolder folder;
+  const auto modes = [&](const std::string& flags) {
+    const Outcome outcome = run(folder, "modes stam-17 --count 3 --format json " + flags);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    return nlohmann::json::parse(outcome.output);
+  };
+  const auto first = [](const nlohmann::json& json) {
+    return json["modes"][0]["frequency_hz"].get<double>();
+  };
+  const auto clamped = modes(""), tilting = modes("--root-rotation-stiffness 2e2"),
+             shifting = modes("--root-translation-stiffness 2e2"),
+             held = modes("--root-rotation-stiffness inf --root-translation-stiffness inf");
+  EXPECT_LT(first(tilting), 0.9 * first(clamped));
+  EXPECT_LT(first(shifting), 0.9 * first(clamped));
+  EXPECT_EQ(first(held), first(clamped));
+  EXPECT_EQ(tilting["structure"]["root_rotation_stiffness_n_m_rad"], 2e2);
+  EXPECT_EQ(tilting["structure"]["root_translation_stiffness_n_m"], nullptr);
+  EXPECT_EQ(held["structure"], clamped["structure"]);
 }
 
 TEST(Program, ModesAsTableAndCsvSayTheSameAsJson) {
   const test::TemporaryFolder folder;
   const auto json = nlohmann::json::parse(run(folder, "modes stam-17 --count 3 --format json").output);
   std::istringstream csv(run(folder, "modes stam-17 --count 3 --format csv").output);
-  std::string line;
+  std::istringstream table(run(folder, "modes stam-17 --count 3").output);
+  std::string line, row;
   std::getline(csv, line);
-  EXPECT_EQ(line, "mode,frequency_hz,residual,error_bound");
+  EXPECT_EQ(line,
+            "mode,frequency_hz,residual,error_bound,kind,effective_mass_share_x,effective_mass_share_y,"
+            "effective_mass_share_z");
+  std::getline(table, row);
+  EXPECT_THAT(row, StartsWith("stam-17: 17 branches, "));
+  std::getline(table, row);
+  EXPECT_THAT(row, HasSubstr("frequency_hz"));
   for (std::size_t r = 0; r < 3; ++r) {
+    const auto& wanted = json["modes"][r];
     std::getline(csv, line);
-    int mode = 0;
-    double frequency = 0;
-    ASSERT_EQ(std::sscanf(line.c_str(), "%d,%lf", &mode, &frequency), 2) << line;
+    std::getline(table, row);
+    int mode = 0, row_mode = 0;
+    double frequency = 0, row_frequency = 0, share[3], percent[3];
+    char kind[20], row_kind[20];
+    ASSERT_EQ(std::sscanf(line.c_str(), "%d,%lf,%*f,%*f,%19[a-z],%lf,%lf,%lf", &mode, &frequency, kind,
+                          &share[0], &share[1], &share[2]),
+              6)
+        << line;
+    ASSERT_EQ(std::sscanf(row.c_str(), "%d %lf %*f %*f %*f %19s %lf %lf %lf", &row_mode, &row_frequency,
+                          row_kind, &percent[0], &percent[1], &percent[2]),
+              6)
+        << row;
     EXPECT_EQ(mode, static_cast<int>(r) + 1);
-    EXPECT_NEAR(frequency / json["modes"][r]["frequency_hz"].get<double>(), 1, 1e-14);
+    EXPECT_EQ(row_mode, mode);
+    EXPECT_NEAR(frequency / wanted["frequency_hz"].get<double>(), 1, 1e-14);
+    EXPECT_NEAR(row_frequency, frequency, 1e-6);
+    EXPECT_EQ(kind, wanted["kind"].get<std::string>());
+    EXPECT_EQ(row_kind, wanted["kind"].get<std::string>());
+    for (std::size_t d = 0; d < 3; ++d) {
+      EXPECT_NEAR(share[d], wanted["effective_mass_share"][d].get<double>(), 1e-6);
+      EXPECT_NEAR(percent[d], 100 * share[d], 1e-3);
+    }
   }
-  EXPECT_THAT(run(folder, "modes stam-17 --count 3").output, HasSubstr("frequency_hz"));
+}
+
+TEST(Program, ModesDrawAPlotBesidesTheTable) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, "modes stam-62 --count 12 --plot modes.svg");
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.messages, "");
+  EXPECT_EQ(outcome.output, run(folder, "modes stam-62 --count 12").output);
+  const auto elements = test::read_xml(contents(folder / "modes.svg"));
+  EXPECT_EQ(elements.front().name, "svg");
+  EXPECT_EQ(std::count_if(elements.begin(), elements.end(), [](const auto& e) { return e.name == "g"; }), 10);
+  EXPECT_EQ(run(folder, "modes stam-62 --count 12 --plot nowhere/modes.svg").code, 1);
 }
 
 TEST(Program, AnimateWritesEveryFormAndTheSameBytesOnAnyNumberOfThreads) {

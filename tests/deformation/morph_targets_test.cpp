@@ -204,6 +204,17 @@ std::vector<std::string> names(const MorphTargets& morphs) {
   return result;
 }
 
+TEST(MorphTargets, TakeTheFootOfAStemOnASpringAlong) {
+  const Case c;
+  const Structure soft = assemble(c.skeleton, {.root = {.rotation = 1e4}});
+  const MorphTargets morphs =
+      make_morph_targets(c.skeleton, c.surface, c.modes, c.motion, MorphForm::paired, &soft);
+  const SurfaceDelta lean = deform_surface(c.skeleton, c.surface, c.motion.lean, &soft);
+  EXPECT_EQ(morphs.shapes[0].position, lean.position);
+  EXPECT_GT(lean.position[0].norm(), 1e-5F);  // turned with the foot
+  EXPECT_EQ(c.morphs(MorphForm::paired).shapes[0].position[0].norm(), 0);
+}
+
 TEST(MorphTargets, AreNamedByModeAndFrequency) {
   const Case c(2);
   EXPECT_THAT(names(c.morphs(MorphForm::signed_weights)),

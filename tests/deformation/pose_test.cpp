@@ -91,6 +91,29 @@ TEST(BranchPoint, RigidMotionOfAllNodesIsARigidMotionOfAllPoints) {
   }
 }
 
+// On springs far softer than the wood, a plant that turns and shifts as one takes its foot along.
+TEST(BranchPoint, OnASoftRootTheFirstBranchMovesRigidlyWithTheRest) {
+  const Skeleton skeleton = test::random_tree(9, 3);
+  const Structure structure = assemble(skeleton, {.root = {.translation = 1e-6, .rotation = 1e-6}});
+  const Structure clamped = assemble(skeleton, {});
+  const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
+  Displacement u(6 * 9);
+  for (int k = 0; k < 9; ++k) {
+    u.segment<3>(6 * k) = translation + rotation.cross(skeleton.node_position(k + 1));
+    u.segment<3>(6 * k + 3) = rotation;
+  }
+  const Branch& stem = skeleton.branches[0];
+  ASSERT_EQ(skeleton.parent(0), -1);
+  for (const double s : {0.0, 0.4, 1.0}) {
+    const BranchPoint point = branch_point(skeleton, u, 0, s, &structure);
+    const Vec3 at = stem.start + s * (stem.end - stem.start);
+    EXPECT_LT((point.displacement - translation - rotation.cross(at)).norm(), 1e-8) << s;
+    EXPECT_LT((point.rotation - rotation).norm(), 1e-8) << s;
+    EXPECT_EQ(branch_point(skeleton, u, 0, s, &clamped).displacement,
+              branch_point(skeleton, u, 0, s).displacement);
+  }
+}
+
 Surface points_on(const Skeleton& skeleton) {
   Surface surface;
   for (int k = 0; k < skeleton.branch_count(); ++k) {
@@ -123,13 +146,16 @@ TEST(DeformSurface, CarriesRingsAroundTheirAxis) {
   const Skeleton skeleton = test::random_tree(3, 3);
   const Surface surface = points_on(skeleton);
   const Displacement u = 0.1 * Eigen::VectorXd::Random(18);
-  const SurfaceDelta delta = deform_surface(skeleton, surface, u);
-  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
-    const int branch = surface.branch[i];
-    const BranchPoint point = branch_point(skeleton, u, branch, static_cast<double>(surface.along[i]));
-    const Vec3 arm = 0.05 * surface.normal[i].cast<double>();
-    const Vec3 wanted = point.displacement + point.rotation.cross(arm);
-    EXPECT_LT((delta.position[i].cast<double>() - wanted).norm(), 1e-6);
+  const Structure soft = assemble(skeleton, {.root = {.rotation = 1e4}});
+  for (const Structure* structure : {static_cast<const Structure*>(nullptr), &soft}) {
+    const SurfaceDelta delta = deform_surface(skeleton, surface, u, structure);
+    for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+      const BranchPoint point =
+          branch_point(skeleton, u, surface.branch[i], static_cast<double>(surface.along[i]), structure);
+      const Vec3 arm = 0.05 * surface.normal[i].cast<double>();
+      const Vec3 wanted = point.displacement + point.rotation.cross(arm);
+      EXPECT_LT((delta.position[i].cast<double>() - wanted).norm(), 1e-6);
+    }
   }
 }
 

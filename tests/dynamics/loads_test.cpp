@@ -110,6 +110,23 @@ TEST(Loads, BendATipAsTheClosedFormOfAUniformLoadSays) {
   }
 }
 
+TEST(Loads, OnASpringBendATipByWhatTheFootGivesWayToo) {
+  const double L = 2, r = 0.02, speed = 5, EI = wood.youngs_modulus * 3.14159265358979 * std::pow(r, 4) / 4;
+  const double q = 0.5 * 1.2 * 1.2 * 2 * r * speed * speed;
+  const RootSpring spring{.translation = 700, .rotation = 900};
+  for (const int pieces : {1, 10}) {
+    const Skeleton stem = test::straight_stem(pieces, L, r, r);
+    const Structure structure = assemble(stem, {.material = wood, .root = spring});
+    Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, pieces);
+    wind.row(0).setConstant(speed);
+    const Eigen::VectorXd u =
+        solve_static(structure, mean_force(structure, linearise_loads(stem, structure, wind)));
+    const double wanted =
+        q * L * (std::pow(L, 3) / (8 * EI) + 1 / spring.translation + L * L / (2 * spring.rotation));
+    EXPECT_NEAR(u[6 * (pieces - 1)] / wanted, 1, 1e-12) << pieces;
+  }
+}
+
 TEST(Loads, VanishForWindAlongABranchAndForNoWind) {
   OneBranch one(0.02);
   one.wind = 4 * one.structure.direction[0];
@@ -120,15 +137,17 @@ TEST(Loads, VanishForWindAlongABranchAndForNoWind) {
 
 TEST(ModalParticipation, IsTheWorkOfTheNodalForces) {
   const Skeleton skeleton = test::random_tree(14, 3);
-  const Structure structure = assemble(skeleton, {.material = wood});
-  const Eigen::Matrix3Xd mean = Eigen::Matrix3Xd::Random(3, 14);
-  const Loads loads = linearise_loads(skeleton, structure, mean);
-  const Eigen::MatrixXd shapes = Eigen::MatrixXd::Random(structure.size(), 5);
-  const Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Random(3, 14);
-  const Eigen::VectorXd wanted = shapes.transpose() * fluctuating_force(structure, loads, velocity);
-  const Eigen::VectorXd found =
-      modal_participation(structure, loads, shapes).transpose() * Eigen::VectorXd(velocity.reshaped());
-  EXPECT_LT((found - wanted).norm(), 1e-13 * wanted.norm());
+  for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e3, .rotation = 1e3}}) {
+    const Structure structure = assemble(skeleton, {.material = wood, .root = root});
+    const Eigen::Matrix3Xd mean = Eigen::Matrix3Xd::Random(3, 14);
+    const Loads loads = linearise_loads(skeleton, structure, mean);
+    const Eigen::MatrixXd shapes = Eigen::MatrixXd::Random(structure.size(), 5);
+    const Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Random(3, 14);
+    const Eigen::VectorXd wanted = shapes.transpose() * fluctuating_force(structure, loads, velocity);
+    const Eigen::VectorXd found =
+        modal_participation(structure, loads, shapes).transpose() * Eigen::VectorXd(velocity.reshaped());
+    EXPECT_LT((found - wanted).norm(), 1e-13 * wanted.norm());
+  }
 }
 
 TEST(Loads, RefuseNegativeCoefficients) {

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stdexcept>
@@ -139,6 +140,103 @@ TEST(SolveModes, OfAStemWithAMassAtItsTipAreTheRootsOfItsFrequencyEquation) {
       EXPECT_NEAR(lambda(found.bending[i], L, r) / (root * root), 1, 1e-5) << ratio << ", mode " << i + 1;
     }
   }
+}
+
+// The first roots of a frequency equation in beta L, by bisection.
+std::vector<double> roots_of(const std::function<double(double)>& equation, std::size_t count) {
+  std::vector<double> roots;
+  const double step = 0.01;
+  for (double low = 1e-3; roots.size() < count; low += step) {
+    double below = low, above = low + step;
+    if (equation(below) * equation(above) > 0) continue;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (below + above);
+      (equation(below) * equation(middle) > 0 ? below : above) = middle;
+    }
+    roots.push_back(0.5 * (below + above));
+  }
+  return roots;
+}
+
+// Of a cubic element: (beta L/pieces)^4/720, and as much again for the piece that is condensed with the
+// spring.
+void expect_roots(const StemFrequencies& found, const std::vector<double>& roots, double length,
+                  double radius, int pieces) {
+  for (std::size_t i = 0; i < roots.size(); ++i) {
+    EXPECT_NEAR(lambda(found.bending[i], length, radius) / (roots[i] * roots[i]), 1,
+                1e-9 + 2 * std::pow(roots[i] / pieces, 4) / 720)
+        << "mode " << i + 1;
+  }
+}
+
+TEST(SolveModes, OfAStemOnARotationalSpringAreTheRootsOfItsFrequencyEquation) {
+  const double L = 2, r = 0.01, EI = wood.youngs_modulus * pi * std::pow(r, 4) / 4;
+  for (const double ratio : {0.01, 1.0, 30.0}) {  // of the spring to EI/L
+    const StemFrequencies found =
+        stem_frequencies(test::straight_stem(32, L, r, r),
+                         {.material = wood, .rotatory_inertia = false, .root = {.rotation = ratio * EI / L}});
+    const auto equation = [&](double b) {
+      return ratio * (1 + std::cos(b) * std::cosh(b)) -
+             b * (std::sin(b) * std::cosh(b) - std::cos(b) * std::sinh(b));
+    };
+    expect_roots(found, roots_of(equation, 3), L, r, 32);
+  }
+}
+
+TEST(SolveModes, OfAStemOnATranslationalSpringAreTheRootsOfItsFrequencyEquation) {
+  const double L = 2, r = 0.01, EI = wood.youngs_modulus * pi * std::pow(r, 4) / 4;
+  for (const double ratio : {0.01, 1.0, 30.0}) {  // of the spring to EI/L^3
+    const StemFrequencies found = stem_frequencies(
+        test::straight_stem(32, L, r, r),
+        {.material = wood, .rotatory_inertia = false, .root = {.translation = ratio * EI / (L * L * L)}});
+    const auto equation = [&](double b) {
+      return ratio * (1 + std::cos(b) * std::cosh(b)) -
+             b * b * b * (std::cos(b) * std::sinh(b) + std::sin(b) * std::cosh(b));
+    };
+    expect_roots(found, roots_of(equation, 3), L, r, 32);
+  }
+}
+
+TEST(SolveModes, OfATreeOnAVerySoftSpringAreThoseOfARigidPendulum) {
+  const double k = 1e-3;
+  const Skeleton skeleton = test::random_tree(30, 6);
+  const Structure structure = assemble(skeleton, {.material = wood, .root = {.rotation = k}});
+  Mat3 inertia = Mat3::Zero();  // about the root, by turning the whole tree rigidly; it has one stem
+  Eigen::MatrixXd turns(structure.size(), 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int b = 0; b < skeleton.branch_count(); ++b) {
+      const Vec3 end = skeleton.branches[static_cast<std::size_t>(b)].end;
+      turns.col(axis).segment<3>(6 * b) = Vec3::Unit(axis).cross(end);
+      turns.col(axis).segment<3>(6 * b + 3) = Vec3::Unit(axis);
+    }
+  }
+  for (int axis = 0; axis < 3; ++axis)
+    inertia.col(axis) = turns.transpose() * apply_mass(structure, turns.col(axis));
+  ASSERT_EQ(std::count_if(skeleton.branches.begin(), skeleton.branches.end(),
+                          [](const Branch& branch) { return branch.start_node == 0; }),
+            1);
+  const Eigen::SelfAdjointEigenSolver<Mat3> rigid(inertia);
+  for (const ModeMethod method : {ModeMethod::dense, ModeMethod::iterative}) {
+    const Modes modes = solve_modes(structure, {.count = 5, .method = method});
+    for (int r = 0; r < 3; ++r) {
+      EXPECT_NEAR(modes.omega()[r] / std::sqrt(k / rigid.eigenvalues()[2 - r]), 1, 1e-6);
+    }
+    EXPECT_GT(modes.frequency[3], 100 * modes.frequency[2]);
+    EXPECT_EQ(modes.count_by_inertia, 5);
+  }
+}
+
+TEST(SolveModes, OnASpringShapesAreOrthonormalAndNoneIsMissing) {
+  const Structure structure =
+      assemble(test::awkward_tree(), {.material = wood, .root = {.translation = 1e5, .rotation = 1e3}});
+  const Modes modes = solve_modes(structure, {.count = 20, .method = ModeMethod::iterative});
+  EXPECT_EQ(modes.count_below, modes.count_by_inertia);
+  for (int r = 0; r < 20; ++r) {
+    const Eigen::VectorXd inertia = apply_mass(structure, modes.shapes.col(r));
+    for (int c = 0; c < 20; ++c) EXPECT_NEAR(modes.shapes.col(c).dot(inertia), r == c ? 1 : 0, 1e-11);
+  }
+  const Modes clamped = solve_modes(assemble(test::awkward_tree(), {.material = wood}), {.count = 20});
+  for (int r = 0; r < 20; ++r) EXPECT_LT(modes.frequency[r], clamped.frequency[r]);
 }
 
 // The frequency equation of a truncated cone, zero at its frequencies. Measured from the apex, x^-1 J_2(2 k

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include <gtest/gtest.h>
+#include <Eigen/LU>
 #include "trees.hpp"
 
 namespace tremula {
@@ -103,6 +104,77 @@ TEST(Shape, OfATaperedBeamKeepsItsEndsItsSlopesAndRigidMotions) {
     const Eigen::Vector4d difference =
         (shape_at(beam, s + h).deflection - shape_at(beam, s - h).deflection) / (2 * h * L);
     EXPECT_LT((difference - shape.slope).norm(), 1e-7 * shape.slope.norm() + 1e-8);
+  }
+}
+
+// A beam on a spring is two elements in series with a node between them that nothing loads. Eliminated by
+// textbook algebra in long double, which keeps the digits that cancel on soft springs.
+struct OnSpring {
+  using Matrix = Eigen::Matrix<long double, 2, 2>;
+  Matrix compliance, foot;  // (v, phi) of the tip per wrench; of the start per (v, phi) of the tip
+
+  explicit OnSpring(const Beam& beam) {
+    Beam clamped = beam;
+    clamped.base = {};
+    const Compliance c = tremula::compliance(clamped);
+    Matrix own, spring, to_tip;
+    own << c.deflection, c.deflection_slope, c.deflection_slope, c.slope;
+    spring << beam.base.translation, 0, 0, beam.base.rotation;
+    to_tip << 1, beam.length, 0, 1;
+    compliance = own + to_tip * spring * to_tip.transpose();
+    foot = spring * to_tip.transpose() * compliance.inverse();
+  }
+};
+
+const BaseCompliance springs[] = {{1e-6, 0},   {0, 1e-4},   {3e-6, 2e-5},
+                                  {1e-3, 1e3}, {1e4, 1e-5}, {1e-12, 1e-9}};
+
+TEST(Compliance, OnASpringIsThatOfTheSpringAndTheBeamInSeries) {
+  for (const BaseCompliance& base : springs) {
+    for (const double tip : {0.03, 0.01, 0.06}) {
+      Beam beam = beam_of(1.3, 0.03, tip);
+      const Compliance own = compliance(beam);
+      beam.base = base;
+      const Compliance c = compliance(beam);
+      const OnSpring wanted(beam);
+      EXPECT_NEAR(c.axial / (own.axial + base.translation), 1, 1e-14);
+      EXPECT_NEAR(c.torsion / (own.torsion + base.rotation), 1, 1e-14);
+      EXPECT_NEAR(c.deflection / static_cast<double>(wanted.compliance(0, 0)), 1, 1e-14);
+      EXPECT_NEAR(c.deflection_slope / static_cast<double>(wanted.compliance(0, 1)), 1, 1e-14);
+      EXPECT_NEAR(c.slope / static_cast<double>(wanted.compliance(1, 1)), 1, 1e-14);
+      const auto held = static_cast<double>(wanted.compliance.determinant() / wanted.compliance(0, 0));
+      EXPECT_NEAR(c.slope_held / held, 1, 1e-9) << base.translation << ", " << base.rotation << ", " << tip;
+    }
+  }
+}
+
+TEST(Compliance, OnASpringKeepsTheHeldSlopeWhereTheDifferenceHasLostIt) {
+  Beam beam = beam_of(1.3, 0.03, 0.03);
+  beam.base = {0, 1e30};  // a hinge: the tip held, what is left is the beam on two hinges, L/3EI
+  const double I = pi * std::pow(0.03, 4) / 4;
+  EXPECT_NEAR(compliance(beam).slope_held * 3 * wood.youngs_modulus * I / 1.3, 1, 1e-14);
+}
+
+TEST(Shape, OnASpringStandsInBalanceAtItsFootAndFollowsItsTip) {
+  for (const BaseCompliance& base : springs) {
+    Beam beam = beam_of(1.3, 0.03, 0.01);
+    beam.base = base;
+    const Shape foot = shape_at(beam, 0), tip = shape_at(beam, 1);
+    const OnSpring wanted(beam);
+    Eigen::Matrix2d found;
+    found << foot.deflection.tail<2>().transpose(), foot.slope.tail<2>().transpose();
+    EXPECT_LT((found - wanted.foot.cast<double>()).norm(), 1e-8 * found.norm()) << base.rotation;
+    EXPECT_NEAR(foot.axial[1], base.translation / compliance(beam).axial, 1e-14);
+    EXPECT_NEAR(foot.torsion[1], base.rotation / compliance(beam).torsion, 1e-14);
+    EXPECT_LT((tip.deflection - Eigen::Vector4d(0, 0, 1, 0)).norm(), 1e-12);
+    EXPECT_LT((tip.slope - Eigen::Vector4d(0, 0, 0, 1)).norm(), 1e-11);
+    for (const double s : {0.0, 0.3, 0.8}) {  // moved rigidly, ground and tip together
+      const Shape shape = shape_at(beam, s);
+      EXPECT_NEAR(shape.axial.sum(), 1, 1e-14);
+      EXPECT_NEAR(shape.deflection.dot(Eigen::Vector4d(1, 0, 1, 0)), 1, 1e-12);
+      EXPECT_NEAR(shape.deflection.dot(Eigen::Vector4d(0, 1, 1.3, 1)), s * 1.3, 1e-12);
+      EXPECT_NEAR(shape.slope.dot(Eigen::Vector4d(0, 1, 1.3, 1)), 1, 1e-11);
+    }
   }
 }
 

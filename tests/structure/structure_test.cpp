@@ -4,6 +4,7 @@
 #include "tremula/structure/sparse_matrices.hpp"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -37,6 +38,57 @@ TEST(SolveStatic, GivesTheClosedFormsOfACantilever) {
   }
 }
 
+TEST(SolveStatic, OnASpringAddsWhatTheFootGivesWay) {
+  const double L = 2, r = 0.03, EI = wood.youngs_modulus * pi * std::pow(r, 4) / 4;
+  const RootSpring spring{.translation = 4e4, .rotation = 3e3};
+  for (const int pieces : {1, 7}) {
+    const Structure structure =
+        assemble(test::straight_stem(pieces, L, r, r), {.material = wood, .root = spring});
+    Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
+    force[6 * (pieces - 1)] = 10;       // across, at the tip
+    force[6 * (pieces - 1) + 5] = 0.7;  // twist
+    const Eigen::VectorXd u = solve_static(structure, force);
+    const double wanted = 10 * (L * L * L / (3 * EI) + 1 / spring.translation + L * L / spring.rotation);
+    EXPECT_NEAR(u[6 * (pieces - 1)] / wanted, 1, 1e-12);
+    const Vec6 foot = foot_displacement(structure, u, 0);
+    EXPECT_NEAR(foot[0] * spring.translation / 10, 1, 1e-11);
+    EXPECT_NEAR(foot[4] * spring.rotation / (10 * L), 1, 1e-11);
+    EXPECT_NEAR(foot[5] * spring.rotation / 0.7, 1, 1e-11);
+    EXPECT_LT((apply_stiffness(structure, u) - force).norm(), 1e-9 * force.norm());
+  }
+}
+
+TEST(FootDisplacement, IsZeroOnARigidRoot) {
+  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
+  const Eigen::VectorXd u = random_vector(structure.size(), 3);
+  EXPECT_EQ(foot_displacement(structure, u, 0), Vec6(Vec6::Zero()));
+}
+
+TEST(FootDisplacement, OfTwoStemsIsWhatTheirSpringsBearTogether) {
+  const RootSpring spring{.translation = 2e5, .rotation = 5e3};
+  const Skeleton skeleton = test::awkward_tree();
+  const Structure structure = assemble(skeleton, {.material = wood, .root = spring});
+  const Eigen::VectorXd force = random_vector(structure.size(), 6);
+  const Eigen::VectorXd u = solve_static(structure, force);
+  Vec3 load = Vec3::Zero(), moment = Vec3::Zero(), borne = Vec3::Zero(), borne_moment = Vec3::Zero();
+  int stems = 0;
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
+    const Vec3 at_node = force.segment<3>(6 * k);
+    load += at_node;
+    moment += force.segment<3>(6 * k + 3) + branch.end.cross(at_node);
+    if (skeleton.parent(k) >= 0) continue;
+    ++stems;
+    const Vec6 foot = foot_displacement(structure, u, k);
+    const Vec3 on_ground = spring.translation * foot.head<3>();
+    borne += on_ground;
+    borne_moment += spring.rotation * foot.tail<3>() + branch.start.cross(on_ground);
+  }
+  EXPECT_GE(stems, 2);
+  EXPECT_LT((borne - load).norm(), 1e-10 * load.norm());
+  EXPECT_LT((borne_moment - moment).norm(), 1e-10 * moment.norm());
+}
+
 TEST(SolveStatic, OfACutUpConeIsThatOfTheWholeCone) {
   const Structure whole = assemble(test::straight_stem(1, 3, 0.06, 0.01), {.material = wood});
   const Structure pieces = assemble(test::straight_stem(16, 3, 0.06, 0.01), {.material = wood});
@@ -50,8 +102,10 @@ TEST(SolveStatic, OfACutUpConeIsThatOfTheWholeCone) {
 
 TEST(Structure, OperatorsAgreeWithAssembledMatrices) {
   const Skeleton skeleton = test::awkward_tree();
-  for (const Section section : {Section::exact, Section::paper}) {
-    const Structure structure = assemble(skeleton, {.material = wood, .section = section});
+  for (const StructureOptions& options :
+       {StructureOptions{.material = wood}, StructureOptions{.material = wood, .section = Section::paper},
+        StructureOptions{.material = wood, .root = {.translation = 1e5, .rotation = 2e3}}}) {
+    const Structure structure = assemble(skeleton, options);
     const test::Assembled dense = test::assemble_dense(skeleton, structure);
     const Eigen::VectorXd u = random_vector(structure.size(), 9);
     const Eigen::VectorXd inertia = dense.mass * u, elastic = dense.stiffness * u;
@@ -109,6 +163,26 @@ TEST(Structure, MovedAsOneWeighsWhatItsWoodAndLeavesWeigh) {
     of_root_branches += d[1] * d[1] * m.axial(1, 1) + (1 - d[1] * d[1]) * m.bending(2, 2);
   }
   EXPECT_NEAR(translation.dot(apply_mass(structure, translation)) / (mass + of_root_branches), 1, 1e-12);
+}
+
+TEST(Assemble, WithInfiniteRootStiffnessGivesTheBitsOfTheClampedTree) {
+  const Structure clamped = assemble(test::awkward_tree(), {.material = wood});
+  const double infinity = std::numeric_limits<double>::infinity();
+  const Structure held = assemble(
+      test::awkward_tree(), {.material = wood, .root = {.translation = infinity, .rotation = infinity}});
+  const Structure loose = assemble(test::awkward_tree(), {.material = wood, .root = {.rotation = 1e4}});
+  const Eigen::VectorXd s = random_vector(clamped.size(), 5);
+  EXPECT_EQ(apply_compliance_form(clamped, s), apply_compliance_form(held, s));
+  EXPECT_EQ(solve_static(clamped, s), solve_static(held, s));
+  EXPECT_NE(solve_static(clamped, s), solve_static(loose, s));
+}
+
+TEST(Assemble, RefusesRootStiffnessesThatAreNotAboveZero) {
+  const Skeleton stem = test::straight_stem(1, 1, 0.1, 0.1);
+  for (const double bad : {0.0, -1.0, std::nan(""), -std::numeric_limits<double>::infinity()}) {
+    EXPECT_THROW(assemble(stem, {.root = {.translation = bad}}), InputError) << bad;
+    EXPECT_THROW(assemble(stem, {.root = {.rotation = bad}}), InputError) << bad;
+  }
 }
 
 TEST(Assemble, RefusesAMaterialThatIsNone) {

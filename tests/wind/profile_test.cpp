@@ -32,6 +32,55 @@ TEST(MeanSpeed, IsNeverNegativeAndZeroInTheGround) {
   }
 }
 
+TEST(MeanSpeed, WithADisplacementIsTheLogLawOfAGroundThatMuchHigher) {
+  const MeanWind raised{.speed = 5, .reference_height = 12, .roughness_length = 0.1, .displacement = 2};
+  const MeanWind plain{.speed = 5, .reference_height = 10, .roughness_length = 0.1};
+  for (const double z : {2.5, 4.0, 12.0, 40.0}) {
+    EXPECT_NEAR(mean_speed(raised, z), mean_speed(plain, z - 2), 1e-13);
+  }
+  EXPECT_EQ(mean_speed(raised, 2.05), 0);
+}
+
+TEST(MeanSpeed, InACanopyFallsExponentiallyAndMeetsTheProfileAtItsTop) {
+  for (const ProfileKind kind : {ProfileKind::constant, ProfileKind::logarithmic, ProfileKind::power}) {
+    const MeanWind wind{.speed = 6,
+                        .reference_height = 20,
+                        .profile = kind,
+                        .roughness_length = 0.5,
+                        .displacement = 5,
+                        .canopy_height = 8,
+                        .canopy_decay = 2.5};
+    EXPECT_NEAR(mean_speed(wind, 20), 6, 1e-13);
+    EXPECT_NEAR(mean_speed(wind, 8 - 1e-9), mean_speed(wind, 8), 1e-8);
+    EXPECT_NEAR(mean_speed(wind, 4) / mean_speed(wind, 8), std::exp(-1.25), 1e-13);
+  }
+}
+
+TEST(MeanSpeed, IsTheGivenOneAlsoWhereTheReferenceHeightLiesInTheCanopy) {
+  const MeanWind wind{.speed = 3,
+                      .reference_height = 4,
+                      .roughness_length = 0.5,
+                      .displacement = 5,
+                      .canopy_height = 8,
+                      .canopy_decay = 2};
+  check_mean_wind(wind);
+  EXPECT_NEAR(mean_speed(wind, 4), 3, 1e-13);
+  EXPECT_NEAR(mean_speed(wind, 8), 3 * std::exp(1.0), 1e-12);
+  EXPECT_NEAR(mean_speed(wind, 35) / mean_speed(wind, 8), std::log(60.0) / std::log(6.0), 1e-12);
+}
+
+TEST(LogLawFrictionVelocity, IsTheSlopeOfTheProfileOverTheLogarithmOfTheHeight) {
+  for (const double reference : {4.0, 30.0}) {
+    const MeanWind wind{.speed = 7,
+                        .reference_height = reference,
+                        .roughness_length = 0.5,
+                        .displacement = 5,
+                        .canopy_height = 8};
+    const double slope = (mean_speed(wind, 45) - mean_speed(wind, 25)) / std::log(2.0);
+    EXPECT_NEAR(log_law_friction_velocity(wind), 0.4 * slope, 1e-12);
+  }
+}
+
 TEST(HeadingDirection, TurnsFromXToY) {
   EXPECT_LT((heading_direction({.heading = 0}) - Vec3::UnitX()).norm(), 1e-15);
   EXPECT_LT((heading_direction({.heading = 90}) - Vec3::UnitY()).norm(), 1e-15);
@@ -43,7 +92,10 @@ TEST(CheckMeanWind, RefusesWhatIsNoWind) {
   for (const MeanWind& bad :
        {MeanWind{.speed = -1}, MeanWind{.speed = nan}, MeanWind{.speed = 1e9},
         MeanWind{.reference_height = 0}, MeanWind{.heading = nan}, MeanWind{.roughness_length = 0},
-        MeanWind{.roughness_length = 11}, MeanWind{.power_exponent = -0.1}}) {
+        MeanWind{.roughness_length = 11}, MeanWind{.power_exponent = -0.1}, MeanWind{.displacement = -1},
+        MeanWind{.displacement = 9.99}, MeanWind{.displacement = 3, .canopy_height = 3},
+        MeanWind{.canopy_height = -1}, MeanWind{.canopy_height = nan},
+        MeanWind{.canopy_height = 2, .canopy_decay = -1}}) {
     EXPECT_THROW(check_mean_wind(bad), InputError);
   }
   EXPECT_NO_THROW(check_mean_wind({.speed = 0}));

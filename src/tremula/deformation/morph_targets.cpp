@@ -108,7 +108,7 @@ Eigen::VectorXd coordinates_at_key(const Motion& motion, const Key& key) {
 }  // namespace
 
 MorphTargets make_morph_targets(const Skeleton& skeleton, const Surface& surface, const Modes& modes,
-                                const Motion& motion, MorphForm form) {
+                                const Motion& motion, MorphForm form, const Structure* structure) {
   check_fit(skeleton, modes, motion);
   const bool paired = form == MorphForm::paired;
   MorphTargets result;
@@ -118,7 +118,7 @@ MorphTargets make_morph_targets(const Skeleton& skeleton, const Surface& surface
 
   // Shapes and targets.
   const auto add_shape = [&](const Displacement& displacement) {
-    result.shapes.push_back(deform_surface(skeleton, surface, displacement));
+    result.shapes.push_back(deform_surface(skeleton, surface, displacement, structure));
     return static_cast<int>(result.shapes.size()) - 1;
   };
   if (!motion.lean.isZero(0)) result.targets.push_back({"mean lean", -1, add_shape(motion.lean), 1});

@@ -38,9 +38,10 @@ struct MorphTargets {
   float weight(std::size_t key, std::size_t target) const { return weights[key * targets.size() + target]; }
 };
 
+// structure: so that the feet of stems on springs move (branch_point); without it they stand still.
 // Throws Error when the stages do not fit together (numbers of modes or branches differ), when a value is not
 // finite, or when single precision cannot tell the instants of the loop apart.
 MorphTargets make_morph_targets(const Skeleton& skeleton, const Surface& surface, const Modes& modes,
-                                const Motion& motion, MorphForm form);
+                                const Motion& motion, MorphForm form, const Structure* structure = nullptr);
 
 }  // namespace tremula

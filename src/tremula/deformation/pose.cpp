@@ -8,9 +8,14 @@ struct EndMotion {
 };
 
 // The ends of a branch, the first carried rigidly from its node to the start of the branch.
-EndMotion start_motion(const Skeleton& skeleton, const Displacement& displacement, int branch) {
+EndMotion start_motion(const Skeleton& skeleton, const Displacement& displacement, int branch,
+                       const Structure* structure) {
   const int parent = skeleton.parent(branch);
-  if (parent < 0) return {Vec3::Zero(), Vec3::Zero()};
+  if (parent < 0) {
+    if (structure == nullptr) return {Vec3::Zero(), Vec3::Zero()};
+    const Vec6 foot = foot_displacement(*structure, displacement, branch);
+    return {foot.head<3>(), foot.tail<3>()};
+  }
   const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
   const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
   const Vec3 arm = self.start - skeleton.node_position(self.start_node);
@@ -28,9 +33,10 @@ Displacement displacement_at(const Modes& modes, const Motion& motion, double ti
   return displacement;
 }
 
-BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s) {
+BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s,
+                         const Structure* structure) {
   const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
-  const EndMotion start = start_motion(skeleton, displacement, branch);
+  const EndMotion start = start_motion(skeleton, displacement, branch, structure);
   const EndMotion end{displacement.segment<3>(6 * branch), displacement.segment<3>(6 * branch + 3)};
   const Vec3 chord = self.end - self.start;
   const double length = chord.norm();
@@ -56,7 +62,7 @@ BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacem
 }
 
 SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
-                            const Displacement& displacement) {
+                            const Displacement& displacement, const Structure* structure) {
   SurfaceDelta delta;
   delta.position.resize(surface.vertex_count());
   delta.normal.resize(surface.vertex_count());
@@ -68,7 +74,7 @@ SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
     if (i == 0 || branch != surface.branch[i - 1] || surface.along[i] != surface.along[i - 1]) {
       const double s = static_cast<double>(surface.along[i]);
       const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
-      point = branch_point(skeleton, displacement, branch, s);
+      point = branch_point(skeleton, displacement, branch, s, structure);
       axis_point = self.start + s * (self.end - self.start);
     }
     const Vec3 arm = surface.position[i].cast<double>() - axis_point;

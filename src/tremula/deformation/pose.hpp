@@ -6,6 +6,7 @@
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/geometry/surface.hpp"
 #include "tremula/modes/modes.hpp"
+#include "tremula/structure/structure.hpp"
 
 #include <vector>
 
@@ -13,7 +14,8 @@
 
 namespace tremula {
 
-// Displacement of all branch ends at once: (6N), rows as in Modes::shapes. Roots do not move.
+// Displacement of all branch ends at once: (6N), rows as in Modes::shapes. Roots do not move, but the feet of
+// stems that stand on springs do (RootSpring): whoever draws them hands over the structure as well.
 using Displacement = Eigen::VectorXd;
 
 // lean + shapes * coordinates (S section 3 and 6). The same bytes whether asked for alone or in a sequence.
@@ -26,8 +28,10 @@ struct BranchPoint {
 };
 
 // S eq. 1: A_k(s) (u_i, u_j): cubic across the branch, linear along it and in twist. s = 0 start … 1 end.
-// Both ends may be a rigid arm away from their nodes (Branch::start).
-BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s);
+// The start may be a rigid arm away from its node (Branch::start). On a root it moves by foot_displacement of
+// the structure, or not at all where none is given.
+BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s,
+                         const Structure* structure = nullptr);
 
 // The skin carried along, to first order: each vertex moves with its cross section, x + u + theta x (x -
 // axis). Gives the change of positions and of normals per vertex; linear in `displacement`, so a mode shape
@@ -37,6 +41,6 @@ struct SurfaceDelta {
   std::vector<Eigen::Vector3f> normal;
 };
 SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
-                            const Displacement& displacement);
+                            const Displacement& displacement, const Structure* structure = nullptr);
 
 }  // namespace tremula

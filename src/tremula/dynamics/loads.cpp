@@ -9,22 +9,6 @@
 namespace tremula {
 namespace {
 
-using Matrix12x3 = Eigen::Matrix<double, 12, 3>;
-
-// A force at s on the axis as forces on the two ends: the transpose of S eq. 1, B before it is integrated (S
-// eq. 4). A force across the branch makes moments d x f on the slopes.
-Matrix12x3 end_forces(const Beam& beam, const Vec3& direction, double s) {
-  const Shape shape = shape_at(beam, s);
-  const Mat3 along = direction * direction.transpose();
-  const Mat3 across = Mat3::Identity() - along;
-  Mat3 cross;
-  cross << 0, -direction[2], direction[1], direction[2], 0, -direction[0], -direction[1], direction[0], 0;
-  Matrix12x3 forces;
-  forces << shape.axial[0] * along + shape.deflection[0] * across, shape.deflection[1] * cross,
-      shape.axial[1] * along + shape.deflection[2] * across, shape.deflection[3] * cross;
-  return forces;
-}
-
 // Drag of 1/2 rho C A |u| u on the part u of the wind that counts, linearised about its mean: A C rho/2 |U|
 // (P + n n^T).
 struct Drag {
@@ -40,6 +24,16 @@ Drag linearise(double half_rho_c_area, const Mat3& projection, const Vec3& mean_
   return {half_rho_c_area * speed * (projection + n * n.transpose()), half_rho_c_area * speed * normal_wind};
 }
 
+// The force c |u| (u . n) n along the normal of a blade, linearised likewise.
+void add_lift(double half_rho_c_area, const Vec3& normal, const Vec3& mean_wind, Drag& drag) {
+  const double speed = mean_wind.norm();
+  if (speed == 0 || half_rho_c_area == 0) return;
+  const double through = mean_wind.dot(normal);
+  drag.mean += half_rho_c_area * speed * through * normal;
+  drag.per_velocity +=
+      half_rho_c_area * normal * (speed * normal + through / speed * mean_wind).transpose();
+}
+
 void check_options(const LoadOptions& options) {
   const auto check = [](const char* what, double value) {
     if (!std::isfinite(value) || value < 0) throw InputError(what, std::to_string(value), "0 or more");
@@ -47,6 +41,7 @@ void check_options(const LoadOptions& options) {
   check("air density", options.air_density);
   check("branch drag coefficient", options.branch_drag_coefficient);
   check("leaf drag coefficient", options.leaf_drag_coefficient);
+  check("leaf lift coefficient", options.leaf_lift_coefficient);
 }
 
 template <class Scalar>
@@ -63,6 +58,20 @@ void add_end_forces(const Structure& structure, int k, const Eigen::Matrix<Scala
 
 }  // namespace
 
+// A force at s on the axis as forces on the two ends: the transpose of S eq. 1, B before it is integrated (S
+// eq. 4). A force across the branch makes moments d x f on the slopes.
+PointShape point_shape(const Beam& beam, const Vec3& direction, double s) {
+  const Shape shape = shape_at(beam, s);
+  const Mat3 along = direction * direction.transpose();
+  const Mat3 across = Mat3::Identity() - along;
+  Mat3 cross;
+  cross << 0, -direction[2], direction[1], direction[2], 0, -direction[0], -direction[1], direction[0], 0;
+  PointShape forces;
+  forces << shape.axial[0] * along + shape.deflection[0] * across, shape.deflection[1] * cross,
+      shape.axial[1] * along + shape.deflection[2] * across, shape.deflection[3] * cross;
+  return forces;
+}
+
 Eigen::Matrix3Xd load_points(const Skeleton& skeleton) {
   Eigen::Matrix3Xd points(3, skeleton.branch_count());
   for (int k = 0; k < skeleton.branch_count(); ++k) {
@@ -76,19 +85,20 @@ Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, cons
                       const LoadOptions& options) {
   check_options(options);
   static const std::vector<QuadraturePoint> quadrature = gauss_legendre(4);
-  Loads loads{load_points(skeleton), {}};
+  Loads loads{.points = load_points(skeleton), .branches = {}};
   loads.branches.reserve(static_cast<std::size_t>(skeleton.branch_count()));
   for (int k = 0; k < skeleton.branch_count(); ++k) {
     const auto index = static_cast<std::size_t>(k);
     const Beam& beam = structure.beams[index];
     const Vec3& direction = structure.direction[index];
     const Mat3 projection = Mat3::Identity() - direction * direction.transpose();
-    BranchLoad load{Matrix12x3::Zero(), Eigen::Matrix<double, 12, 1>::Zero()};
+    BranchLoad load;
     const double mean_radius = 0.5 * (beam.start_radius + beam.end_radius);
     const Drag per_diameter =
         linearise(0.5 * options.air_density * options.branch_drag_coefficient, projection, mean_wind.col(k));
+    if (options.model == LoadModel::linearised) load.drag_per_diameter = per_diameter.per_velocity;
     for (const QuadraturePoint& point : quadrature) {
-      const Matrix12x3 forces = beam.length * point.weight * end_forces(beam, direction, point.position);
+      const PointShape forces = beam.length * point.weight * point_shape(beam, direction, point.position);
       if (options.model == LoadModel::paper) {
         load.per_velocity +=
             options.air_density * options.branch_drag_coefficient * mean_radius * forces * projection;
@@ -104,9 +114,13 @@ Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, cons
   if (options.model == LoadModel::paper) return loads;
   for (const Leaf& leaf : skeleton.leaves) {
     const auto index = static_cast<std::size_t>(leaf.branch);
-    const Drag drag = linearise(0.5 * options.air_density * options.leaf_drag_coefficient * leaf.area,
-                                Mat3::Identity(), mean_wind.col(leaf.branch));
-    const Matrix12x3 forces = end_forces(structure.beams[index], structure.direction[index], leaf.position);
+    const double half_rho_area = 0.5 * options.air_density * leaf.area;
+    Drag drag = linearise(half_rho_area * options.leaf_drag_coefficient, Mat3::Identity(),
+                          mean_wind.col(leaf.branch));
+    add_lift(half_rho_area * options.leaf_lift_coefficient, leaf.normal, mean_wind.col(leaf.branch), drag);
+    loads.leaf_per_velocity.push_back(drag.per_velocity);
+    loads.leaf_branch.push_back(leaf.branch);
+    const PointShape forces = point_shape(structure.beams[index], structure.direction[index], leaf.position);
     loads.branches[index].per_velocity += forces * drag.per_velocity;
     loads.branches[index].mean += forces * drag.mean;
   }

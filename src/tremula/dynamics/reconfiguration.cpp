@@ -43,8 +43,12 @@ Eigen::VectorXd lean_and_reconfigure(const Structure& structure, const Reconfigu
   }
   // F ~ U^2 lambda(theta) with theta ~ F: d ln F/d ln U = 2 / (1 - d ln lambda/d ln theta), instead of 2.
   const Eigen::ArrayXd x2 = x_squared(), factor = logarithm.exp() / (1 + 4 * x2 / (1 + x2));
-  for (std::size_t k = 0; k < whole.size(); ++k)
+  for (std::size_t k = 0; k < whole.size(); ++k) {
     loads.branches[k].per_velocity *= factor[static_cast<Eigen::Index>(k)];
+    loads.branches[k].drag_per_diameter *= factor[static_cast<Eigen::Index>(k)];
+  }
+  for (std::size_t i = 0; i < loads.leaf_per_velocity.size(); ++i)
+    loads.leaf_per_velocity[i] *= factor[loads.leaf_branch[i]];
   return lean;
 }
 

@@ -28,19 +28,13 @@ Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeA
 
 Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis,
                const Damping& damping, const Eigen::VectorXd& lean) {
-  const double given = damping.mass_proportional.value_or(damping.ratio);
-  if (!std::isfinite(given) || given <= 0) {
-    throw InputError(damping.mass_proportional ? "mass-proportional damping" : "damping ratio",
-                     std::to_string(given), "a number above 0");
-  }
   Eigen::MatrixXcd coordinates(modal_forces.rows(), modal_forces.cols());
-  const Eigen::VectorXd mode_omega = modes.omega();
+  const Eigen::VectorXd mode_omega = modes.omega(), damping_rate = structural_damping(damping, mode_omega);
   for (Eigen::Index r = 0; r < modal_forces.cols(); ++r) {
-    const double damping_rate = damping.mass_proportional.value_or(2 * damping.ratio * mode_omega[r]);
     for (int bin = 0; bin < axis.bin_count(); ++bin) {
       const double omega = axis.omega(bin);
       coordinates(bin, r) = modal_forces(bin, r) /
-                            std::complex(mode_omega[r] * mode_omega[r] - omega * omega, damping_rate * omega);
+                            std::complex(mode_omega[r] * mode_omega[r] - omega * omega, damping_rate[r] * omega);
     }
   }
   return {axis.period, samples_from_half_spectra(coordinates, axis.sample_count), lean};

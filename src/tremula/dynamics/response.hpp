@@ -1,12 +1,12 @@
 // From the wind to the motion, in the frequency domain (S section 3, 5 and 6).
 #pragma once
 
+#include "tremula/dynamics/damping.hpp"
 #include "tremula/dynamics/motion.hpp"
 #include "tremula/modes/modes.hpp"
 #include "tremula/numerics/time_axis.hpp"
 
 #include <functional>
-#include <optional>
 
 #include <Eigen/Core>
 
@@ -20,11 +20,6 @@ using VelocityAtBin = std::function<Eigen::Matrix3Xcd(int bin)>;
 // participation (3N x m) -> (M/2+1 x m)
 Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeAxis& axis,
                                const VelocityAtBin& velocity);
-
-struct Damping {
-  double ratio = 0.05;                           // zeta of every mode: c_r = 2 zeta omega_r
-  std::optional<double> mass_proportional = {};  // alpha [1/s] instead: c_r = alpha (S section 2)
-};
 
 // S eq. 7 in every bin, the loop by inverse FFT:
 //   y_r(omega) = f_r(omega) / (omega_r^2 - omega^2 + i c_r omega),  omega = 2 pi p/T (errata S2).

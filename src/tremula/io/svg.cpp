@@ -90,7 +90,8 @@ std::vector<Tick> linear_ticks(const Axis& axis, int most) {
   const double step = round_step(axis.high - axis.low, most);
   std::vector<Tick> ticks;
   const double first = std::ceil(axis.low / step - 1e-9), last = std::floor(axis.high / step + 1e-9);
-  for (double i = first; i <= last; ++i) ticks.push_back({i * step, print("%.10g", i * step)});
+  for (double i = first; i <= last; ++i)
+    ticks.push_back({i * step, print("%.10g", i * step + 0.0)});  // no -0
   return ticks;
 }
 

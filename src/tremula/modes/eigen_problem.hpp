@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tremula/numerics/lanczos.hpp"
+#include "tremula/structure/frame.hpp"
 #include "tremula/structure/structure.hpp"
 
 #include <functional>
@@ -21,5 +22,11 @@ struct EigenProblem {
 
 // By the compliance form. `structure` must live as long as the problem does.
 EigenProblem eigen_problem(const Structure& structure);
+
+// By sparse Cholesky: K = P^T L L^T P, q = P^T L^-T s. `matrices` must live as long as the problem does.
+// count_below counts the negative pivots of the LDL^T of K - omega^2 M; it takes no pivots out of turn, so
+// where one comes out too small for the rest to be trusted, omega is moved up by a few parts in 1e9. Throws
+// Error where K is not positive definite to working precision.
+EigenProblem eigen_problem(const FrameMatrices& matrices);
 
 }  // namespace tremula

@@ -26,7 +26,7 @@ int count_modes_below(const Structure& structure, double omega) {
   for (int k = structure.branch_count() - 1; k >= 0; --k) {
     const auto index = static_cast<std::size_t>(k);
     const Vec3& direction = structure.direction[index];
-    const MassBlocks mass = mass_blocks(structure.masses[index], direction);
+    const ElementBlocks mass = mass_blocks(structure.masses[index], direction);
     const Mat6 end = minus_square * mass.end + carried[index];
     const Mat6 root = compliance_root(structure.compliances[index], direction);
     const Mat6 pivot = Mat6::Identity() + root.transpose() * end * root;

@@ -1,19 +1,11 @@
 #include "tremula/numerics/pairwise_filter.hpp"
 
+#include "tremula/numerics/vector_math.hpp"
+
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
 #include <limits>
 #include <numeric>
-
-// The kernel is compiled for AVX2 too and the better one is chosen when the program starts. Both do the same
-// operations in the same order (no fused multiply-add), so the bytes do not tell which one ran.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define TREMULA_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define TREMULA_CLONES
-#endif
 
 namespace tremula {
 namespace {
@@ -28,18 +20,6 @@ struct alignas(64) Tile {
   float filtered[channels][block_size];
   float squared_weights[block_size];
 };
-
-// exp(-x) for x >= 0, good to 2e-7: 2^n times a polynomial for 2^f, f in [-1/2, 1/2]. Plain arithmetic that
-// compilers turn into vector code.
-inline float exp_minus(float x) {
-  const float t = std::max(-126.0F, -1.44269504F * x);
-  const float n = (t + 12582912.0F) - 12582912.0F;  // to the nearest integer
-  const float f = (t - n) * 0.693147181F;
-  const float series =
-      1 + f * (1 + f * (0.5F + f * (0.166666667F +
-                                    f * (0.0416666667F + f * (0.00833333333F + f * 0.00138888889F)))));
-  return series * std::bit_cast<float>((static_cast<std::int32_t>(n) + 127) << 23);
-}
 
 inline float sum_of_lanes(const float* values) {
   return ((values[0] + values[1]) + (values[2] + values[3])) +

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <complex>
+#include <cstddef>
 #include <cstdint>
 
 namespace tremula {
@@ -31,5 +32,15 @@ double uniform(const RandomAddress& address);
 
 // Complex Gaussian with E|w|^2 = 1: independent real and imaginary parts of variance 1/2 each.
 std::complex<double> complex_gaussian(const RandomAddress& address);
+
+// Many at a time, in float and from 32 bits for the magnitude and 32 for the phase: places 0 … count - 1 of
+// one bin. Not the numbers complex_gaussian gives for these addresses. |w| ends at 4.8, where one in 10^10
+// lies beyond.
+void complex_gaussians(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,
+                       std::complex<float>* values);
+
+// The phases of those numbers without their magnitudes: |w| = 1, to a few roundings.
+void unit_phases(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,
+                 std::complex<float>* values);
 
 }  // namespace tremula

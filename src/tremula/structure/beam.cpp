@@ -3,6 +3,7 @@
 #include "tremula/numerics/quadrature.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <vector>
 
@@ -40,21 +41,13 @@ const std::vector<QuadraturePoint>& quadrature_for(const Beam& beam) {
   return ratio == 1 ? uniform : ratio < 3 ? gentle : strong;
 }
 
-}  // namespace
+double bending_stiffness(const Beam& beam) { return beam.material.youngs_modulus * beam.inertia_factor; }
 
-Beam make_beam(const Branch& branch, const Material& material, Section section) {
-  Beam beam{branch.length(), branch.start_radius, branch.end_radius, pi / 4, material};
-  if (section == Section::paper) {
-    beam.start_radius = beam.end_radius = 0.5 * (branch.start_radius + branch.end_radius);
-    beam.inertia_factor = pi;
-  }
-  return beam;
-}
-
-// slope_held is worked out by hand: as a difference it would lose its digits where the end is the thick one.
-Compliance compliance(const Beam& beam) {
+// Of the beam alone, its base rigid. slope_held is worked out by hand: as a difference it would lose its
+// digits where the end is the thick one.
+Compliance own_compliance(const Beam& beam) {
   const Flexibility f = flexibility(beam.length, beam.start_radius, beam.end_radius);
-  const double bending = beam.material.youngs_modulus * beam.inertia_factor;
+  const double bending = bending_stiffness(beam);
   return {
       f.axial / (beam.material.youngs_modulus * pi),
       f.torsion / (beam.material.shear_modulus * pi / 2),
@@ -64,7 +57,7 @@ Compliance compliance(const Beam& beam) {
       beam.length / (4 * bending * beam.start_radius * beam.end_radius * beam.end_radius * beam.end_radius)};
 }
 
-Shape shape_at(const Beam& beam, double s) {
+Shape own_shape_at(const Beam& beam, double s) {
   const double length = beam.length, x = s * length;
   const Flexibility whole = flexibility(length, beam.start_radius, beam.end_radius);
   const Flexibility part = flexibility(x, beam.start_radius, radius_at(beam, s));
@@ -85,6 +78,71 @@ Shape shape_at(const Beam& beam, double s) {
   shape.slope << -relative(1, 0), 1 - length * relative(1, 0) - relative(1, 1), relative(1, 0),
       relative(1, 1);
   return shape;
+}
+
+// The start of the beam moves with end 0 and, in the ratio of the spring's compliance to the whole, with what
+// end 1 does beyond that. The entries of the ratio are written out so that a soft spring cancels nothing.
+Shape on_compliant_base(const Beam& beam, const Shape& own) {
+  const Compliance whole = compliance(beam);
+  const auto [translation, rotation] = beam.base;
+  const double length = beam.length, a = beam.start_radius, b = beam.end_radius;
+  const double along = translation / whole.axial, twist = rotation / whole.torsion;
+  // int x dx/EI and int x (L - x) dx/EI, x from the start.
+  const double lever = length * length * (2 * a + b) / (6 * bending_stiffness(beam) * a * a * b * b * b);
+  const double levers = length * length * length / (6 * bending_stiffness(beam) * a * a * b * b);
+  const double v = translation / whole.deflection / whole.slope_held;
+  const double phi = rotation / whole.deflection / whole.slope_held;
+  Eigen::Matrix2d share;  // of (v_1 - v_0 - L phi_0, phi_1 - phi_0)
+  share << v * whole.slope, -v * whole.deflection_slope, phi * lever, phi * (translation - levers);
+  Eigen::Matrix<double, 2, 4> relative;
+  relative << -1, -length, 1, 0, 0, -1, 0, 1;
+
+  Shape shape;
+  shape.axial = own.axial[0] * Eigen::Vector2d(1 - along, along) + own.axial[1] * Eigen::Vector2d(0, 1);
+  shape.torsion = own.torsion[0] * Eigen::Vector2d(1 - twist, twist) + own.torsion[1] * Eigen::Vector2d(0, 1);
+  const auto with_start = [&](const Eigen::Vector4d& of_ends) -> Eigen::Vector4d {
+    return of_ends + relative.transpose() * (share.transpose() * of_ends.head<2>());
+  };
+  shape.deflection = with_start(own.deflection);
+  shape.slope = with_start(own.slope);
+  return shape;
+}
+
+}  // namespace
+
+Beam make_beam(const Branch& branch, const Material& material, Section section) {
+  Beam beam{branch.length(), branch.start_radius, branch.end_radius, pi / 4, material};
+  if (section == Section::paper) {
+    beam.start_radius = beam.end_radius = 0.5 * (branch.start_radius + branch.end_radius);
+    beam.inertia_factor = pi;
+  }
+  return beam;
+}
+
+Compliance compliance(const Beam& beam) {
+  const Compliance own = own_compliance(beam);
+  const auto [translation, rotation] = beam.base;
+  const double length = beam.length;
+  const double deflection = own.deflection + translation + rotation * length * length;
+  const double slope = own.slope + rotation;
+  // slope - deflection_slope^2/deflection with all that cancels left out; seen_from_tip is the deflection of
+  // the beam under a force at its start, were its end clamped.
+  const double seen_from_tip =
+      length * length * length /
+      (3 * bending_stiffness(beam) * beam.start_radius * std::pow(beam.end_radius, 3));
+  const double slope_held = own.slope_held * (own.deflection / deflection) +
+                            (translation / deflection) * slope + (rotation / deflection) * seen_from_tip;
+  return {own.axial + translation,
+          own.torsion + rotation,
+          deflection,
+          own.deflection_slope + rotation * length,
+          slope,
+          slope_held};
+}
+
+Shape shape_at(const Beam& beam, double s) {
+  const Shape own = own_shape_at(beam, s);
+  return beam.base.translation > 0 || beam.base.rotation > 0 ? on_compliant_base(beam, own) : own;
 }
 
 ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia) {

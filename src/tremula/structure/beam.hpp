@@ -19,11 +19,21 @@ enum class Section {
   paper,  // S appendix A as printed: mean radius, I = pi r^4 (errata S1)
 };
 
+// What the start of a beam gives way by before the beam itself bends: the inverse of an isotropic spring
+// without mass between the start and what carries it. Zero: rigid.
+struct BaseCompliance {
+  double translation = 0;  // [m/N]
+  double rotation = 0;     // [rad/(N m)]
+};
+
+// Compliance, shapes and mass below are those of the beam and the spring at its base in series: the start,
+// end 0, is the far side of the spring. With a rigid base that is the beam alone, to the bit.
 struct Beam {
   double length;                    // [m]
   double start_radius, end_radius;  // [m]
   double inertia_factor;            // I / r^4: pi/4, or pi as printed in S
   Material material;
+  BaseCompliance base = {};
 };
 
 Beam make_beam(const Branch& branch, const Material& material, Section section);
@@ -43,7 +53,7 @@ Compliance compliance(const Beam& beam);
 
 // How the section at s (0 start … 1 end) moves when the ends move and nothing loads the beam between them:
 // the exact static shape functions, Hermite's cubics for equal radii. v(s) = deflection . (v_0, phi_0, v_1,
-// phi_1).
+// phi_1). On a compliant base the section at s = 0 moves too, although end 0 stands still.
 struct Shape {
   Eigen::Vector2d axial;       // of (along_0, along_1)
   Eigen::Vector2d torsion;     // of (twist_0, twist_1)

@@ -30,13 +30,21 @@ Mat6 rigid_carry(const Vec3& arm) {
   return matrix;
 }
 
-MassBlocks mass_blocks(const ElementMass& mass, const Vec3& direction) {
+ElementBlocks mass_blocks(const ElementMass& mass, const Vec3& direction) {
   const auto between = [&](int a, int b) {
     const int i = 2 * a, j = 2 * b;
     return block(mass.axial(a, b), mass.torsion(a, b), mass.bending(i, j), mass.bending(i, j + 1),
                  mass.bending(i + 1, j), mass.bending(i + 1, j + 1), direction);
   };
   return {between(0, 0), between(0, 1), between(1, 1)};
+}
+
+ElementBlocks stiffness_blocks(const Compliance& c, const Vec3& direction, const Vec3& reach) {
+  const double determinant = c.deflection * c.slope_held, coupling = -c.deflection_slope / determinant;
+  const Mat6 end = block(1 / c.axial, 1 / c.torsion, c.slope / determinant, coupling, coupling,
+                         1 / c.slope_held, direction);
+  const Mat6 carry = rigid_carry(reach);
+  return {carry.transpose() * end * carry, -carry.transpose() * end, end};
 }
 
 Mat6 compliance_block(const Compliance& c, const Vec3& direction) {

@@ -9,11 +9,17 @@ namespace tremula {
 // Carries a displacement rigidly along an arm: (u, theta) -> (u + theta x arm, theta).
 Mat6 rigid_carry(const Vec3& arm);
 
-// Blocks of a consistent mass matrix: between the start's displacement and the end's. direction: unit vector.
-struct MassBlocks {
+// Blocks of a symmetric matrix over the displacements of start and end.
+struct ElementBlocks {
   Mat6 start, cross, end;  // (start, start), (start, end), (end, end)
 };
-MassBlocks mass_blocks(const ElementMass& mass, const Vec3& direction);
+
+// Of the consistent mass. direction: unit vector.
+ElementBlocks mass_blocks(const ElementMass& mass, const Vec3& direction);
+
+// Of the stiffness: C^-1 on the displacement of the end relative to the rigidly carried start. reach: from
+// what counts as the start to the end; longer than the beam where a rigid arm leads to it.
+ElementBlocks stiffness_blocks(const Compliance& compliance, const Vec3& direction, const Vec3& reach);
 
 // The compliance of the tip, C, and a root of it, C = S S^T.
 Mat6 compliance_block(const Compliance& compliance, const Vec3& direction);

@@ -1,6 +1,9 @@
 #include "tremula/structure/structure.hpp"
 
+#include "tremula/base/error.hpp"
+
 #include <cmath>
+#include <string>
 
 namespace tremula {
 namespace {
@@ -72,8 +75,19 @@ void for_each_branch_in_place(const Structure& structure, Eigen::VectorXd& vecto
 
 }  // namespace
 
+void check_root(const RootSpring& spring) {
+  const auto check = [](const char* what, double stiffness, const char* unit) {
+    if (!(stiffness >= 1e-100)) {
+      throw InputError(what, std::to_string(stiffness) + unit, "a number above 0, or infinity");
+    }
+  };
+  check("translational stiffness of the root", spring.translation, " N/m");
+  check("rotational stiffness of the root", spring.rotation, " N m/rad");
+}
+
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
   check_material(options.material);
+  check_root(options.root);
   Structure structure;
   for (int k = 0; k < skeleton.branch_count(); ++k) {
     const Branch& branch = skeleton.branches[index_of(k)];
@@ -83,6 +97,9 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
     structure.start_arm.push_back(branch.start - carrier);
     structure.reach.push_back(branch.end - carrier);
     structure.beams.push_back(make_beam(branch, options.material, options.section));
+    if (structure.parent.back() < 0) {
+      structure.beams.back().base = {1 / options.root.translation, 1 / options.root.rotation};
+    }
     structure.compliances.push_back(compliance(structure.beams.back()));
     structure.masses.push_back(consistent_mass(structure.beams.back(), options.rotatory_inertia));
   }
@@ -104,6 +121,18 @@ EndDisplacements end_displacements(const Structure& structure, const Eigen::Vect
                              ends.start_rotation.cross(structure.start_arm[index_of(branch)]);
   }
   return ends;
+}
+
+Vec6 foot_displacement(const Structure& structure, const Eigen::VectorXd& displacement, int branch) {
+  const Shape foot = shape_at(structure.beams[index_of(branch)], 0);
+  const Vec3& direction = structure.direction[index_of(branch)];
+  const Split end(displacement.segment<3>(6 * branch), displacement.segment<3>(6 * branch + 3), direction);
+  const Split moved(foot.axial[1] * end.along, foot.torsion[1] * end.twist,
+                    foot.deflection[2] * end.across + foot.deflection[3] * end.bend,
+                    foot.slope[2] * end.across + foot.slope[3] * end.bend);
+  Vec6 result;
+  result << moved.translation(direction), moved.rotation(direction);
+  return result;
 }
 
 Eigen::VectorXd apply_mass(const Structure& structure, const Eigen::VectorXd& displacement) {
@@ -150,7 +179,7 @@ Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorX
   }
   for_each_branch_in_place(structure, wrench, [&](std::size_t k, const Split& e) {
     const Compliance& c = structure.compliances[k];
-    const double determinant = c.deflection * c.slope - c.deflection_slope * c.deflection_slope;
+    const double determinant = c.deflection * c.slope_held;
     return Split(e.along / c.axial, e.twist / c.torsion,
                  (c.slope * e.across - c.deflection_slope * e.bend) / determinant,
                  (c.deflection * e.bend - c.deflection_slope * e.across) / determinant);

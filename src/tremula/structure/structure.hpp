@@ -1,4 +1,4 @@
-// A plant as a structure: beams hung on each other, clamped at the roots.
+// A plant as a structure: beams hung on each other, clamped at the roots or held there by springs.
 //
 // A clamped tree is statically determinate, so the stiffness matrix K is never built. With e the displacement
 // of each branch's end relative to its rigidly carried start, u = B^-1 e is a sweep from the roots to the
@@ -15,19 +15,30 @@
 #include "tremula/structure/beam.hpp"
 #include "tremula/structure/material.hpp"
 
+#include <limits>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace tremula {
 
+// How the ground holds a stem: an isotropic spring without mass at the start of every branch that stands on a
+// root, one for each of them. Infinite: clamped.
+struct RootSpring {
+  double translation = std::numeric_limits<double>::infinity();  // [N/m]
+  double rotation = std::numeric_limits<double>::infinity();     // [N m/rad]
+};
+
 struct StructureOptions {
   Material material = find_material("green-wood");
   Section section = Section::exact;
   bool rotatory_inertia = true;  // of the sections about their diameters; that about the axis always counts
+  RootSpring root = {};
 };
 
-// One entry per branch in every array, parents before children.
+// One entry per branch in every array, parents before children. A branch on a spring is condensed into one
+// with it (Beam::base): the spring's far side, the ground, is what carries the branch and stands still, so
+// nothing that works with `compliances`, `masses` or Shape need know of the spring.
 struct Structure {
   std::vector<int> parent;      // branch that carries the start, -1 a root
   std::vector<Vec3> direction;  // unit vector along the branch
@@ -41,7 +52,11 @@ struct Structure {
   Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(parent.size()); }
 };
 
-// Throws InputError for a material that is not one (check_material). The skeleton must pass check_skeleton.
+// Throws InputError unless both stiffnesses are above 0 (1e-100 is the least) or infinite.
+void check_root(const RootSpring& spring);
+
+// Throws InputError for a material or a root that is not one (check_material, check_root). The skeleton must
+// pass check_skeleton.
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
 // M u.  (6N) -> (6N)
@@ -59,12 +74,17 @@ Eigen::VectorXd solve_static(const Structure& structure, const Eigen::VectorXd& 
 Eigen::VectorXd apply_compliance_form(const Structure& structure, const Eigen::VectorXd& s);
 Eigen::VectorXd displacement_from_compliance_form(const Structure& structure, const Eigen::VectorXd& s);
 
-// The displacement of both ends of a branch, in world axes: what S eq. 1 calls (u_i, u_j), the first one
-// carried from its node to the start of the branch.
+// The displacement of both ends of a branch, in world axes: what S eq. 1 calls (u_i, u_j) and what Shape
+// wants, the first one carried from its node to the start of the branch. On a root it is zero, with a spring
+// too, for its give is part of the branch's Shape: foot_displacement tells it.
 struct EndDisplacements {
   Vec3 start_translation, start_rotation, end_translation, end_rotation;
 };
 EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement,
                                    int branch);
+
+// How the foot of a branch that stands on a root moves on its spring: translation and rotation of its start,
+// zero where the root is rigid. Times the stiffnesses it is the wrench on the ground.
+Vec6 foot_displacement(const Structure& structure, const Eigen::VectorXd& displacement, int branch);
 
 }  // namespace tremula

@@ -7,7 +7,7 @@ namespace tremula {
 
 enum class ProfileKind {
   constant,
-  logarithmic,  // U(z) = U_ref ln(z/z0) / ln(z_ref/z0), 0 below z0
+  logarithmic,  // U(z) = U_ref ln((z-d)/z0) / ln((z_ref-d)/z0), 0 below d + z0
   power,        // U(z) = U_ref (z/z_ref)^exponent
 };
 
@@ -18,12 +18,24 @@ struct MeanWind {
   ProfileKind profile = ProfileKind::logarithmic;
   double roughness_length = 0.03;  // z0, short grass [m]
   double power_exponent = 0.2;
+  double displacement = 0;  // d, of the log law: the height its ground seems to have over a canopy [m]
+  // Below the top h of a canopy that the plants of interest stand in: U(z) = U(h) exp(-a (1 - z/h)), whatever
+  // the profile above. 0: no canopy.
+  double canopy_height = 0;  // h [m]
+  double canopy_decay = 2;   // a
 };
 
 // Throws InputError for numbers that make no wind (negative speed, z0 <= 0 or above the reference height, …).
 void check_mean_wind(const MeanWind& wind);
 
-double mean_speed(const MeanWind& wind, double height);  // [m/s], 0 at and below the ground
-Vec3 heading_direction(const MeanWind& wind);            // unit vector, horizontal
+// [m/s], 0 at and below the ground. The reference height may lie within the canopy.
+double mean_speed(const MeanWind& wind, double height);
+
+// The friction velocity u* [m/s] that goes with the logarithmic profile: U_ref kappa / ln((z_ref-d)/z0), von
+// Karman's kappa = 0.4. For other profiles and within the canopy: of the log law through the speed at the
+// canopy's top or the reference height, whichever is higher.
+double log_law_friction_velocity(const MeanWind& wind);
+
+Vec3 heading_direction(const MeanWind& wind);  // unit vector, horizontal
 
 }  // namespace tremula

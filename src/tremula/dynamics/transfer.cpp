@@ -1,0 +1,207 @@
+#include "tremula/dynamics/transfer.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/numerics/quadrature.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+namespace tremula {
+namespace {
+
+using Complex = std::complex<double>;
+using std::numbers::pi;
+
+// A pole further than this many bins from the middle of a bin is the same all over the bin, to a part in a
+// thousand of its power.
+constexpr double reach_in_bins = 8;
+// Parts of the power of a bin that are not worth a draw of their own.
+constexpr double negligible_share = 2e-3;
+constexpr int pieces_of_a_bin = 4;
+
+// The integrals over one piece of a bin that the means are made of, for a power that is linear in omega there.
+struct Piece {
+  double low, high, constant, slope;  // power = constant + slope * omega
+
+  // Of power / (i omega - s). The real part of i omega - s is positive, so the logarithm has no cut.
+  Complex of_pole(Complex s) const {
+    const Complex i(0, 1);
+    const Complex plain = -i * (std::log(i * high - s) - std::log(i * low - s));
+    return constant * plain - i * slope * ((high - low) + s * plain);
+  }
+  double of_one() const { return (high - low) * (constant + 0.5 * slope * (high + low)); }
+};
+
+}  // namespace
+
+double bin_frequency(const TimeAxis& axis, int bin) {
+  return bin == 0 ? 0.25 / axis.period : axis.frequency(bin);
+}
+
+Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega) {
+  const Eigen::Index m = system.dynamic_count(), all = system.omega.size();
+  Eigen::MatrixXcd transfer = Eigen::MatrixXcd::Zero(all, all);
+  if (system.damping.isDiagonal(0)) {
+    transfer.diagonal().head(m) = (system.omega.head(m).array().square() - omega * omega +
+                                   Complex(0, omega) * system.damping.diagonal().array())
+                                      .inverse();
+  } else {
+    Eigen::MatrixXcd dynamic = Complex(0, omega) * system.damping;
+    dynamic.diagonal().array() += system.omega.head(m).array().square() - omega * omega;
+    transfer.topLeftCorner(m, m) = dynamic.partialPivLu().inverse();
+  }
+  for (Eigen::Index r = m; r < all; ++r) transfer(r, r) = 1 / (system.omega[r] * system.omega[r]);
+  return transfer;
+}
+
+Poles find_poles(const ModalSystem& system) {
+  const Eigen::Index m = system.dynamic_count();
+  if (m == 0) return {};
+  // The velocities in units of the highest frequency: numbers of one size.
+  const double unit = system.omega.head(m).maxCoeff();
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    Eigen::MatrixXd state = Eigen::MatrixXd::Zero(2 * m, 2 * m);
+    state.topRightCorner(m, m).diagonal().setConstant(unit);
+    state.bottomLeftCorner(m, m).diagonal() = -system.omega.head(m).cwiseAbs2() / unit;
+    state.bottomRightCorner(m, m) = -system.damping;
+    // Poles that coincide have one vector between them (critical damping): a nudge parts them.
+    for (Eigen::Index r = 0; r < m; ++r) state(m + r, m + r) *= 1 + attempt * 1e-6 * static_cast<double>(r + 1);
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(state);
+    if (solver.info() != Eigen::Success) continue;
+    const Eigen::MatrixXcd vectors = solver.eigenvectors();
+    Eigen::MatrixXcd input = Eigen::MatrixXcd::Zero(2 * m, m);
+    input.bottomRows(m).diagonal().setConstant(1 / unit);
+    Poles poles{solver.eigenvalues(), vectors.partialPivLu().solve(input), vectors.topRows(m)};
+    if ((poles.pole.real().array() >= 0).any()) {
+      throw Error("response: the damping between the modes makes motion grow; lower the lift coefficient or the wind");
+    }
+    const double omega = 0.37 * unit;
+    const Eigen::MatrixXcd direct = transfer_function(system, omega).topLeftCorner(m, m);
+    const Eigen::VectorXcd middle = (Complex(0, omega) - poles.pole.array()).inverse();
+    const Eigen::MatrixXcd sum = poles.right * middle.asDiagonal() * poles.left;
+    if ((sum - direct).norm() < 1e-5 * direct.norm()) return poles;
+  }
+  throw Error("response: the damping between the modes could not be taken apart; choose another damping");
+}
+
+BinTransfer::BinTransfer(const ModalSystem& system, const TimeAxis& axis, Transfer kind,
+                         std::function<double(double omega)> power)
+    : system_(system), axis_(axis), kind_(kind), power_(std::move(power)) {
+  if (kind_ == Transfer::bin_averaged) poles_ = find_poles(system_);
+}
+
+BinTransfer::Weights BinTransfer::weights(int bin) const {
+  const double middle = 2 * pi * bin_frequency(axis_, bin), width = 2 * pi / axis_.period;
+  if (kind_ == Transfer::sampled) return {{}, Eigen::RowVectorXcd::Ones(1)};
+
+  std::vector<Eigen::Index> near;
+  // What is the same all over the bin is one function, 1.
+  Eigen::VectorXcd far(poles_.pole.size());
+  for (Eigen::Index j = 0; j < far.size(); ++j) {
+    const Complex distance = Complex(0, middle) - poles_.pole[j];
+    const bool is_near = std::abs(distance) < reach_in_bins * width;
+    if (is_near) near.push_back(j);
+    far[j] = is_near ? 0.0 : 1.0 / distance;
+  }
+
+  // The means of the products of all functions of the bin: 1 and 1/(i omega - pole) of each near pole.
+  const auto n = static_cast<Eigen::Index>(near.size()) + 1;
+  const double low = bin == 0 ? 0 : middle - 0.5 * width;
+  const double high = bin == 0 ? 0.5 * width : 2 * bin == axis_.sample_count ? middle : middle + 0.5 * width;
+  const auto power = [&](double omega) {
+    return power_ ? power_(std::max(omega, 1e-3 * width)) / power_(middle) : 1.0;
+  };
+  Eigen::MatrixXcd products = Eigen::MatrixXcd::Zero(n, n);
+  for (int p = 0; p < pieces_of_a_bin; ++p) {
+    const double from = low + (high - low) * p / pieces_of_a_bin, to = low + (high - low) * (p + 1) / pieces_of_a_bin;
+    const double at_from = power(from), at_to = power(to), slope = (at_to - at_from) / (to - from);
+    const Piece piece{from, to, at_from - slope * from, slope};
+    products(0, 0) += piece.of_one();
+    for (Eigen::Index a = 1; a < n; ++a) {
+      const Complex s = poles_.pole[near[static_cast<std::size_t>(a - 1)]], of_s = piece.of_pole(s);
+      products(a, 0) += of_s;
+      for (Eigen::Index b = 1; b <= a; ++b) {
+        // 1/((i omega - s)(i omega - t)^*) = -(1/(i omega - s) + 1/(i omega - t)^*) / (s + t^*)
+        const Complex t = poles_.pole[near[static_cast<std::size_t>(b - 1)]];
+        products(a, b) += -(of_s + std::conj(piece.of_pole(t))) / (s + std::conj(t));
+      }
+    }
+  }
+  products /= high - low;
+  const Eigen::VectorXd size = products.diagonal().real().cwiseMax(0).cwiseSqrt();
+  Eigen::MatrixXcd correlation(n, n);
+  for (Eigen::Index a = 0; a < n; ++a) {
+    for (Eigen::Index b = 0; b <= a; ++b) correlation(a, b) = products(a, b) / (size[a] * size[b]);
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> solver(correlation);  // reads the lower triangle
+  Eigen::Index draws = 1;
+  while (draws < n && solver.eigenvalues()[n - 1 - draws] > negligible_share * static_cast<double>(n)) ++draws;
+  Eigen::MatrixXcd share(n, draws);
+  for (Eigen::Index i = 0; i < draws; ++i)
+    share.col(i) = std::sqrt(solver.eigenvalues()[n - 1 - i]) * solver.eigenvectors().col(n - 1 - i);
+  for (Eigen::Index a = 0; a < n; ++a) share.row(a) *= size[a] / share.row(a).norm();
+
+  // The phase of an eigenvector is anyone's: it is chosen so that the functions have that of the middle.
+  for (Eigen::Index i = 0; i < draws; ++i) {
+    Complex along = share(0, i) / size[0];
+    for (Eigen::Index a = 1; a < n; ++a) {
+      const Complex value = 1.0 / (Complex(0, middle) - poles_.pole[near[static_cast<std::size_t>(a - 1)]]);
+      along += share(a, i) / size[a] * std::conj(value) / std::abs(value);
+    }
+    if (std::abs(along) > 0) share.col(i) *= std::conj(along) / std::abs(along);
+  }
+
+  Weights weights{far * share.row(0), share.row(0)};
+  for (Eigen::Index a = 1; a < n; ++a) weights.pole.row(near[static_cast<std::size_t>(a - 1)]) = share.row(a);
+  return weights;
+}
+
+Eigen::VectorXcd BinTransfer::respond(int bin, const Weights& weights, const Eigen::MatrixXcd& forces) const {
+  if (kind_ == Transfer::sampled) return transfer_function(system_, axis_.omega(bin)) * forces.col(0);
+  const Eigen::Index m = system_.dynamic_count(), all = system_.omega.size();
+  Eigen::VectorXcd response(all);
+  response.head(m).noalias() =
+      poles_.right * (poles_.left * forces.topRows(m)).cwiseProduct(weights.pole).rowwise().sum();
+  response.tail(all - m) = (forces.bottomRows(all - m) * weights.constant.transpose()).array() /
+                           system_.omega.tail(all - m).array().square();
+  if (bin == 0) response = (std::sqrt(2.0) * response.real()).cast<Complex>();
+  return response;
+}
+
+Eigen::VectorXd response_variance(const ModalSystem& system, const Eigen::MatrixXd& force_spectrum,
+                                  const std::function<double(double omega)>& relative_power, double lowest,
+                                  double highest) {
+  // Gauss points on intervals that shrink towards every pole, so that no resonance falls between them.
+  std::vector<double> breaks{lowest, highest};
+  const Poles poles = find_poles(system);
+  for (const Complex& pole : poles.pole) {
+    const double centre = pole.imag(), half_width = std::max(-pole.real(), 1e-9);
+    for (double distance = half_width; distance < highest; distance *= 2) {
+      breaks.push_back(centre - distance);
+      breaks.push_back(centre + distance);
+    }
+    breaks.push_back(centre);
+  }
+  for (double omega = std::max(lowest, 1e-6); omega < highest; omega *= 1.5) breaks.push_back(omega);
+  std::sort(breaks.begin(), breaks.end());
+  const std::vector<QuadraturePoint> points = gauss_legendre(8);
+  Eigen::VectorXd variance = Eigen::VectorXd::Zero(system.omega.size());
+  for (std::size_t i = 0; i + 1 < breaks.size(); ++i) {
+    const double from = std::max(breaks[i], lowest), to = std::min(breaks[i + 1], highest);
+    if (to <= from) continue;
+    for (const QuadraturePoint& point : points) {
+      const double omega = from + point.position * (to - from);
+      const Eigen::MatrixXcd transfer = transfer_function(system, omega);
+      const double weight = point.weight * (to - from) * relative_power(omega) / (2 * pi);
+      variance += weight * (transfer * force_spectrum * transfer.adjoint()).diagonal().real();
+    }
+  }
+  return variance;
+}
+
+}  // namespace tremula

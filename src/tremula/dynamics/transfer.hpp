@@ -1,0 +1,90 @@
+// From modal forces to modal coordinates, one frequency bin at a time: with the damping between the modes, and
+// with the whole width of the bin in mind.
+#pragma once
+
+#include "tremula/numerics/time_axis.hpp"
+
+#include <complex>
+#include <functional>
+
+#include <Eigen/Core>
+
+namespace tremula {
+
+// y'' + C y' + Omega^2 y = f for the first coordinates; the last `static_count` follow at once, y = f/omega^2
+// (static_correction.hpp).
+struct ModalSystem {
+  Eigen::VectorXd omega;    // (m + static_count) [rad/s]
+  Eigen::MatrixXd damping;  // (m x m) C: of the structure and of the wind [1/s]
+  int static_count = 0;
+
+  Eigen::Index dynamic_count() const { return damping.rows(); }
+};
+
+// H of the system at one frequency, (m + static_count)^2: S eq. 7 where C is diagonal. omega [rad/s]
+Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega);
+
+enum class Transfer {
+  sampled,       // H at the bin's frequency, as both papers have it
+  bin_averaged,  // right variances for every period: see BinTransfer
+};
+
+// H as a sum over its poles: H = right diag(1/(i omega - pole)) left for the dynamic coordinates. Two poles a
+// mode.
+struct Poles {
+  Eigen::VectorXcd pole;        // (2m) real parts below 0
+  Eigen::MatrixXcd left, right;  // (2m x m), (m x 2m)
+};
+// Throws Error where the damping makes a system that is not stable.
+Poles find_poles(const ModalSystem& system);
+
+// A loop of period T has a coefficient every 1/T. A resonance that is narrower falls between two of them, or on
+// one: the variance then depends on the period (errata S11). Here every bin stands for the mean over its width:
+// with S_f the cross-spectral matrix of the modal forces in the middle of the bin and w(omega) the wind's power
+// beside that in the middle,
+//
+//   E y y^H = mean over the bin of w H S_f H^H.
+//
+// For one coordinate that is a force times the square root of the mean of |H|^2, with the phase of the middle.
+// Where several resonances share a bin, one force cannot do: their answers are hardly coherent. Then the bin
+// takes a few independent draws of the wind, and each pole weighs them differently. Means over the bin are closed
+// forms in the poles.
+class BinTransfer {
+ public:
+  // power: of the wind at a frequency [rad/s] >= 0, in any unit; empty: white. Throws as find_poles does.
+  BinTransfer(const ModalSystem& system, const TimeAxis& axis, Transfer kind,
+              std::function<double(double omega)> power = {});
+
+  // How each pole, and what follows at once, answers to each draw of the bin's forces.
+  struct Weights {
+    Eigen::MatrixXcd pole;         // (2m x draws)
+    Eigen::RowVectorXcd constant;  // (draws)
+    Eigen::Index draws() const { return constant.size(); }
+  };
+  // May be called from several threads.
+  Weights weights(int bin) const;
+
+  // The coordinates' coefficient of the bin, (m + static_count), from the modal forces of its draws (m +
+  // static_count x draws). Bin 0 stands for what is slower than the loop, from 0 to half a bin: it takes forces of
+  // bin_frequency and gives real numbers, sqrt(2) Re of what the others give.
+  Eigen::VectorXcd respond(int bin, const Weights& weights, const Eigen::MatrixXcd& forces) const;
+
+ private:
+  ModalSystem system_;
+  TimeAxis axis_;
+  Transfer kind_;
+  std::function<double(double omega)> power_;
+  Poles poles_{};
+};
+
+// The frequency that stands for a bin [Hz]: its own, for bin 0 a quarter of a bin.
+double bin_frequency(const TimeAxis& axis, int bin);
+
+// The variance of every coordinate, the integral of H S_f H^H over all f > 0, for modal forces with one
+// cross-spectral matrix (one-sided, per Hz) times relative_power(omega), by quadrature between frequencies
+// [rad/s]: what the variances of loops are compared with.
+Eigen::VectorXd response_variance(const ModalSystem& system, const Eigen::MatrixXd& force_spectrum,
+                                  const std::function<double(double omega)>& relative_power, double lowest,
+                                  double highest);
+
+}  // namespace tremula

@@ -1,0 +1,130 @@
+#include "tremula/structure/frame.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/structure/element_blocks.hpp"
+#include "tremula/structure/sparse_matrices.hpp"
+
+#include <cmath>
+#include <string>
+
+namespace tremula {
+namespace {
+
+std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
+
+void check_node(const Frame& frame, const std::string& place, int node) {
+  if (node < 0 || index_of(node) >= frame.nodes.size()) {
+    throw InputError(place, "node " + std::to_string(node),
+                     "one of the " + std::to_string(frame.nodes.size()) + " nodes, counted from 0");
+  }
+}
+
+void check_frame(const Frame& frame) {
+  for (std::size_t i = 0; i < frame.nodes.size(); ++i) {
+    if (!frame.nodes[i].allFinite()) {
+      throw InputError("frame node " + std::to_string(i), "its position is not finite", "metres");
+    }
+  }
+  for (std::size_t i = 0; i < frame.elements.size(); ++i) {
+    const FrameElement& element = frame.elements[i];
+    const std::string place = "frame element " + std::to_string(i);
+    check_node(frame, place, element.start_node);
+    check_node(frame, place, element.end_node);
+    const double length =
+        (frame.nodes[index_of(element.end_node)] - frame.nodes[index_of(element.start_node)]).norm();
+    if (!std::isfinite(length) || length <= 0) {
+      throw InputError(place, "length " + std::to_string(length) + " m", "a length above 0");
+    }
+    for (const double radius : {element.start_radius, element.end_radius}) {
+      if (!std::isfinite(radius) || radius <= 0) {
+        throw InputError(place, "radius " + std::to_string(radius) + " m", "a number above 0");
+      }
+    }
+    try {
+      check_material(element.material);
+    } catch (const InputError& error) {
+      throw InputError(place + ": " + error.what());
+    }
+  }
+  for (const FramePointMass& point : frame.masses) {
+    check_node(frame, "frame point mass", point.node);
+    if (!std::isfinite(point.mass) || point.mass < 0) {
+      throw InputError("frame point mass at node " + std::to_string(point.node),
+                       std::to_string(point.mass) + " kg", "0 or more");
+    }
+  }
+  for (const int node : frame.clamped) check_node(frame, "frame clamp", node);
+  if (frame.clamped.empty()) throw InputError("frame", "no node is clamped", "at least one");
+}
+
+// Elements are rigidly joined and clamps hold rotations, so a frame is a mechanism only where a part of it
+// hangs on no clamp at all.
+void check_connected(const Frame& frame) {
+  std::vector<std::vector<int>> neighbours(frame.nodes.size());
+  for (const FrameElement& element : frame.elements) {
+    neighbours[index_of(element.start_node)].push_back(element.end_node);
+    neighbours[index_of(element.end_node)].push_back(element.start_node);
+  }
+  std::vector<char> reached(frame.nodes.size(), 0);
+  std::vector<int> waiting = frame.clamped;
+  while (!waiting.empty()) {
+    const int node = waiting.back();
+    waiting.pop_back();
+    if (reached[index_of(node)] != 0) continue;
+    reached[index_of(node)] = 1;
+    waiting.insert(waiting.end(), neighbours[index_of(node)].begin(), neighbours[index_of(node)].end());
+  }
+  for (std::size_t i = 0; i < frame.nodes.size(); ++i) {
+    if (reached[i] == 0) {
+      throw InputError("frame node " + std::to_string(i), "nothing connects it with a clamped node",
+                       "a frame that cannot float away");
+    }
+  }
+}
+
+}  // namespace
+
+FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
+  check_frame(frame);
+  check_connected(frame);
+  FrameMatrices matrices;
+  matrices.row.assign(frame.nodes.size(), 0);
+  for (const int node : frame.clamped) matrices.row[index_of(node)] = -1;
+  int size = 0;
+  for (int& row : matrices.row) {
+    if (row < 0) continue;
+    row = size;
+    size += 6;
+  }
+  if (size == 0) throw InputError("frame", "all nodes are clamped", "at least one that is free");
+
+  std::vector<Eigen::Triplet<double>> stiffness, mass;
+  for (const FrameElement& element : frame.elements) {
+    Branch branch;
+    branch.start = frame.nodes[index_of(element.start_node)];
+    branch.end = frame.nodes[index_of(element.end_node)];
+    branch.start_radius = element.start_radius;
+    branch.end_radius = element.end_radius;
+    const Vec3 reach = branch.end - branch.start, direction = reach.normalized();
+    const Beam beam = make_beam(branch, element.material, options.section);
+    const int start = matrices.row[index_of(element.start_node)],
+              end = matrices.row[index_of(element.end_node)];
+    const ElementBlocks elastic = stiffness_blocks(compliance(beam), direction, reach);
+    if (!elastic.start.allFinite()) {
+      throw InputError("frame element " + std::to_string(&element - frame.elements.data()),
+                       "its stiffness is beyond floating point", "a length and radii of this world");
+    }
+    add_element(elastic, start, end, stiffness);
+    add_element(mass_blocks(consistent_mass(beam, options.rotatory_inertia), direction), start, end, mass);
+  }
+  for (const FramePointMass& point : frame.masses) {
+    const int row = matrices.row[index_of(point.node)];
+    for (int i = 0; row >= 0 && i < 3; ++i) mass.emplace_back(row + i, row + i, point.mass);
+  }
+  for (auto* matrix : {&matrices.stiffness, &matrices.mass}) matrix->resize(size, size);
+  matrices.stiffness.setFromTriplets(stiffness.begin(), stiffness.end());
+  matrices.mass.setFromTriplets(mass.begin(), mass.end());
+  return matrices;
+}
+
+}  // namespace tremula

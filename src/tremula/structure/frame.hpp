@@ -1,0 +1,57 @@
+// Structures that a tree cannot say: with loops, with several clamps, of several materials. A trellis, an
+// arch, a stem that is tied to a stake.
+//
+// A loop is statically indeterminate, so K^-1 is not known beforehand: K and M are assembled. That costs
+// digits which a Structure keeps (structure.hpp), about as many as the highest frequency is above the lowest,
+// squared. The elements are the same beams.
+#pragma once
+
+#include "tremula/base/types.hpp"
+#include "tremula/structure/beam.hpp"
+#include "tremula/structure/material.hpp"
+
+#include <vector>
+
+#include <Eigen/SparseCore>
+
+namespace tremula {
+
+// A straight beam, rigidly joined to the nodes at its ends. Its frequencies converge as it is cut into more.
+struct FrameElement {
+  int start_node = 0, end_node = 0;
+  double start_radius = 0, end_radius = 0;  // [m] > 0
+  Material material = find_material("green-wood");
+};
+
+struct FramePointMass {
+  int node = 0;
+  double mass = 0;  // [kg]
+};
+
+struct Frame {
+  std::vector<Vec3> nodes;  // [m]
+  std::vector<FrameElement> elements;
+  std::vector<int> clamped;  // nodes that neither move nor turn; at least one
+  std::vector<FramePointMass> masses;
+};
+
+struct FrameOptions {
+  Section section = Section::exact;
+  bool rotatory_inertia = true;  // as in StructureOptions
+};
+
+// K and M over the six degrees of freedom (x y z, rotation x y z; world axes) of each free node, both
+// triangles. Both are positive definite.
+struct FrameMatrices {
+  Eigen::SparseMatrix<double> stiffness, mass;  // (6F x 6F)
+  std::vector<int> row;                         // of each node, the first of its six; -1 where clamped
+
+  Eigen::Index size() const { return stiffness.rows(); }
+};
+
+// Throws InputError, naming the element or node, for what is no frame: indices of nodes that do not exist,
+// numbers that are not finite, elements without length or radius, materials that are none (check_material),
+// negative masses, nothing clamped, nothing free, and nodes that no elements connect with a clamp.
+FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options = {});
+
+}  // namespace tremula
