@@ -1,0 +1,230 @@
+// The whole cascade in the frequency domain against the whole structure in time, under the same wind.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "trees.hpp"
+#include "tremula/dynamics/damping.hpp"
+#include "tremula/dynamics/loads.hpp"
+#include "tremula/dynamics/response.hpp"
+#include "tremula/dynamics/time_integration.hpp"
+#include "tremula/dynamics/transfer.hpp"
+#include "tremula/modes/solve_modes.hpp"
+#include "tremula/numerics/fft.hpp"
+#include "tremula/structure/sparse_matrices.hpp"
+#include "tremula/wind/stam_wind.hpp"
+
+namespace tremula {
+namespace {
+
+const TimeAxis loop{4, 64};  // bins up to 8 Hz, above the modes that move most
+
+// Thin enough that the slowest modes swing with the gusts; the axes of the branches stay where they are.
+Skeleton thinned(Skeleton skeleton, double factor) {
+  for (Branch& branch : skeleton.branches) {
+    branch.start_radius *= factor;
+    branch.end_radius *= factor;
+  }
+  return skeleton;
+}
+
+Skeleton bare_tree() { return thinned(test::random_tree(10, 2), 0.12); }
+
+// Two roots, branches that start beside their nodes, and leaves that the wind catches.
+Skeleton leafy_tree() {
+  Skeleton skeleton = thinned(test::awkward_tree(), 0.25);
+  for (Leaf& leaf : skeleton.leaves) leaf.area = 0.02;
+  return skeleton;
+}
+
+struct Tree {
+  Structure structure;
+  SparseMatrices matrices;
+  Loads loads;
+  Modes modes;             // all 6N
+  Eigen::MatrixXcd winds;  // (3N x M/2+1) Fourier coefficients of one realisation
+  Eigen::VectorXd mean;    // (6N) force of the mean wind
+};
+
+Tree in_the_wind(const Skeleton& skeleton) {
+  Tree tree;
+  tree.structure = assemble(skeleton, {});
+  tree.matrices = assemble_sparse(tree.structure);
+  tree.modes = solve_modes(tree.structure, {.count = all_modes});
+  const StamWind wind{.mean = {.speed = 7, .heading = 30}, .turbulence_intensity = 0.25, .seed = 11};
+  const Eigen::Matrix3Xd points = load_points(skeleton);
+  Eigen::Matrix3Xd mean_wind(3, points.cols());
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    mean_wind.col(k) = mean_speed(wind.mean, points(2, k)) * heading_direction(wind.mean);
+  }
+  tree.loads = linearise_loads(skeleton, tree.structure, mean_wind);
+  tree.mean = mean_force(tree.structure, tree.loads);
+  const StamWindAtPoints gusts(wind, loop, points);
+  tree.winds.resize(3 * points.cols(), loop.bin_count());
+  for (int bin = 0; bin < loop.bin_count(); ++bin) tree.winds.col(bin) = gusts.velocity(bin).reshaped();
+  return tree;
+}
+
+Eigen::MatrixXcd modal_forces(const Tree& tree, const Eigen::MatrixXd& shapes) {
+  return project_loads(modal_participation(tree.structure, tree.loads, shapes), loop, [&](int bin) {
+    return Eigen::Matrix3Xcd(tree.winds.col(bin).reshaped(3, tree.winds.rows() / 3));
+  });
+}
+
+// Displacement (6N x M) over the loop the way the cascade goes: modes, modal loads, S eq. 7, inverse FFT.
+Eigen::MatrixXd synthesised(const Tree& tree, const Damping& damping, Eigen::Index mode_count) {
+  Modes modes = tree.modes;
+  modes.frequency.conservativeResize(mode_count);
+  modes.shapes.conservativeResize(Eigen::NoChange, mode_count);
+  const Motion motion = respond(modes, modal_forces(tree, modes.shapes), loop, damping,
+                                solve_static(tree.structure, tree.mean));
+  return (modes.shapes * motion.coordinates.transpose()).colwise() + motion.lean;
+}
+
+// With all modes and damping between them (6N x 6N).
+Eigen::MatrixXd synthesised_coupled(const Tree& tree, const Eigen::MatrixXd& modal_damping) {
+  const ModalSystem system{tree.modes.omega(), modal_damping};
+  Eigen::MatrixXcd coordinates = modal_forces(tree, tree.modes.shapes);
+  for (int bin = 0; bin < loop.bin_count(); ++bin) {
+    const Eigen::VectorXcd force = coordinates.row(bin).transpose();
+    coordinates.row(bin) = (transfer_function(system, loop.omega(bin)) * force).transpose();
+  }
+  return (tree.modes.shapes * samples_from_half_spectra(coordinates, loop.sample_count).transpose())
+             .colwise() +
+         solve_static(tree.structure, tree.mean);
+}
+
+// The same in time: no modes, no FFT; the nodal force between the samples is that of the trigonometric sum.
+PeriodicResponse integrated(const Tree& tree, const Eigen::SparseMatrix<double>& damping,
+                            const PeriodicIntegration& settings) {
+  const int bins = loop.bin_count();
+  Eigen::MatrixXd coefficients(tree.structure.size(), 2 * bins);  // of the cosine and minus the sine
+  for (int bin = 0; bin < bins; ++bin) {
+    const Eigen::Matrix3Xcd wind = tree.winds.col(bin).reshaped(3, tree.winds.rows() / 3);
+    // Bins -p and p together; bin 0 and the one at the Nyquist frequency stand for themselves.
+    const double both = bin == 0 || 2 * bin == loop.sample_count ? 1 : 2;
+    coefficients.col(2 * bin) = both * fluctuating_force(tree.structure, tree.loads, wind.real());
+    coefficients.col(2 * bin + 1) = -both * fluctuating_force(tree.structure, tree.loads, wind.imag());
+  }
+  Eigen::VectorXd waves(2 * bins);
+  const auto force = [&](double time) -> Eigen::VectorXd {
+    for (int bin = 0; bin < bins; ++bin) {
+      waves[2 * bin] = std::cos(loop.omega(bin) * time);
+      waves[2 * bin + 1] = std::sin(loop.omega(bin) * time);
+    }
+    return tree.mean + coefficients * waves;
+  };
+  return periodic_response(tree.matrices, damping, force, loop, settings);
+}
+
+// Every mode damped by its own rate: C = M Q diag(c) Q^T M, since Q^T M Q = I.
+Eigen::SparseMatrix<double> modal_damping(const Tree& tree, const Eigen::VectorXd& rates) {
+  const Eigen::MatrixXd momenta = tree.matrices.mass * tree.modes.shapes;
+  return Eigen::MatrixXd(momenta * rates.asDiagonal() * momenta.transpose()).sparseView();
+}
+
+// Root mean square of the difference over that of the motion about its mean, of all the ends of the branches
+// and all samples.
+struct Disagreement {
+  double translation, rotation;
+};
+Disagreement disagreement(const Eigen::MatrixXd& first, const Eigen::MatrixXd& truth) {
+  const Eigen::MatrixXd motion = truth.colwise() - truth.rowwise().mean(), difference = first - truth;
+  double of_motion[2] = {}, of_difference[2] = {};
+  for (Eigen::Index i = 0; i < truth.rows(); ++i) {
+    of_motion[i % 6 / 3] += motion.row(i).squaredNorm();
+    of_difference[i % 6 / 3] += difference.row(i).squaredNorm();
+  }
+  return {std::sqrt(of_difference[0] / of_motion[0]), std::sqrt(of_difference[1] / of_motion[1])};
+}
+
+TEST(AgainstTime, TheSynthesisedLoopIsTheOneThatTimeIntegrationSettlesInto) {
+  const double ratio = 0.05, alpha = 1.5;
+  for (const bool leafy : {false, true}) {
+    const Tree tree = in_the_wind(leafy ? leafy_tree() : bare_tree());
+    for (const bool by_ratio : {true, false}) {
+      const std::string name =
+          std::string(leafy ? "leafy" : "bare") + " tree, damping by " + (by_ratio ? "ratio" : "mass");
+      const Damping damping = by_ratio ? Damping{.ratio = ratio} : Damping{.mass_proportional = alpha};
+      const PeriodicResponse truth =
+          integrated(tree,
+                     by_ratio ? modal_damping(tree, 2 * ratio * tree.modes.omega())
+                              : Eigen::SparseMatrix<double>(alpha * tree.matrices.mass),
+                     {.steps_per_sample = 64});
+      const Eigen::MatrixXd loop_of_all = synthesised(tree, damping, tree.structure.size());
+      const auto [translation, rotation] = disagreement(loop_of_all, truth.displacement);
+      EXPECT_LT(translation, 0.01) << name;
+      EXPECT_LT(rotation, 0.01) << name;
+      std::printf("%s, %d modes, %.2f to %.0f Hz, %d loops: %.3f %% of translations, %.3f %% of rotations\n",
+                  name.c_str(), tree.modes.count(), tree.modes.frequency[0],
+                  tree.modes.frequency[tree.modes.count() - 1], truth.loop_count, 100 * translation,
+                  100 * rotation);
+    }
+  }
+}
+
+TEST(AgainstTime, DampedByTheWindToo) {
+  for (const bool leafy : {false, true}) {
+    const Skeleton skeleton = leafy ? leafy_tree() : bare_tree();
+    const Tree tree = in_the_wind(skeleton);
+    const auto damping_of_shapes = [&](const Eigen::MatrixXd& shapes) {
+      return aerodynamic_damping(skeleton, tree.structure, tree.loads, shapes);
+    };
+    const Eigen::Index size = tree.structure.size();
+    // Between the nodes: no modes in it.
+    const Eigen::SparseMatrix<double> wind_damping =
+        damping_of_shapes(Eigen::MatrixXd::Identity(size, size)).sparseView();
+    const double alpha = 1.5;
+    const Eigen::MatrixXd truth =
+        integrated(tree, alpha * tree.matrices.mass + wind_damping, {.steps_per_sample = 64}).displacement;
+    const Eigen::MatrixXd of_all_modes = synthesised_coupled(
+        tree, alpha * Eigen::MatrixXd::Identity(size, size) + damping_of_shapes(tree.modes.shapes));
+    const auto [translation, rotation] = disagreement(of_all_modes, truth);
+    EXPECT_LT(translation, 0.01);
+    EXPECT_LT(rotation, 0.01);
+    const Disagreement without = disagreement(synthesised(tree, {.mass_proportional = alpha}, size), truth);
+    EXPECT_GT(without.translation, 0.05);
+    std::printf(
+        "%s tree, damping by mass and wind: %.3f %% of translations, %.3f %% of rotations; "
+        "without the wind's damping %.1f %%, %.1f %%\n",
+        leafy ? "leafy" : "bare", 100 * translation, 100 * rotation, 100 * without.translation,
+        100 * without.rotation);
+  }
+}
+
+TEST(AgainstTime, ModesLeftOutAreMissed) {
+  const Tree tree = in_the_wind(bare_tree());
+  const Eigen::MatrixXd truth = integrated(tree, 1.5 * tree.matrices.mass, {}).displacement;
+  double last = 1;
+  for (const int modes : {1, 2, 4}) {
+    const auto [translation, rotation] =
+        disagreement(synthesised(tree, {.mass_proportional = 1.5}, modes), truth);
+    EXPECT_GT(std::min(translation, rotation), 0.02) << modes << " modes";
+    EXPECT_LT(translation, last) << modes << " modes";
+    last = translation;
+  }
+}
+
+TEST(AgainstTime, TheDifferenceIsThatOfTheStepAndNothingElse) {
+  const Tree tree = in_the_wind(bare_tree());
+  const Eigen::MatrixXd loop_of_all = synthesised(tree, {.mass_proportional = 1.5}, tree.structure.size());
+  const Eigen::SparseMatrix<double> damping = 1.5 * tree.matrices.mass;
+  const auto difference = [&](int steps_per_sample) {
+    return disagreement(
+        loop_of_all,
+        integrated(tree, damping, {.steps_per_sample = steps_per_sample, .tolerance = 1e-5}).displacement);
+  };
+  Disagreement last = difference(8);
+  for (const int steps : {16, 32}) {
+    const Disagreement halved = difference(steps);
+    EXPECT_NEAR(last.translation / halved.translation, 4, 0.4) << steps << " steps a sample";
+    EXPECT_NEAR(last.rotation / halved.rotation, 4, 0.4) << steps << " steps a sample";
+    last = halved;
+  }
+}
+
+}  // namespace
+}  // namespace tremula
