@@ -58,9 +58,10 @@ std::array<T, 2> parse_pair(const char* flag, const std::string& text, T least, 
   return pair;
 }
 
-void check_positive(const char* flag, double value, const char* unit) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw InputError(flag, number(value), std::string("above 0 ") + unit);
+// Numbers beyond could not be told apart, or would be nothing or infinite, in the single precision of files.
+void check_range(const char* flag, double value, const char* unit) {
+  if (value >= 1e-9 && value <= 1e9) return;
+  throw InputError(flag, number(value), std::string("above 0 ") + unit + " (1e-9 to 1e9)");
 }
 
 // Field and half of a component, in single precision; the rest is small beside it.
@@ -95,23 +96,26 @@ WindGrid GridFlags::grid(double reference_height) const {
       parse_pair<int>("--points", points, 1, "points across x up, 1x1 or more, such as 51x51");
   std::array<double, 2> extent{across - 1.0, up - 1.0};
   if (size) extent = parse_pair<double>("--size", *size, 0, "metres across x up, 0 or more, such as 145x145");
-  if ((across > 1 && extent[0] == 0) || (up > 1 && extent[1] == 0))
-    throw InputError("--size", "'" + *size + "' for " + points + " points", "above 0 m");
+  for (const auto& [count, length] : {std::pair(across, extent[0]), std::pair(up, extent[1])}) {
+    if (count > 1) check_range("--size", length, "m");
+  }
 
   WindGrid grid{.y_count = across, .z_count = up};
   // A line of points has the spacing of its own direction in the other one too: there it does not matter.
   if (across > 1) grid.y_spacing = extent[0] / (across - 1);
   grid.z_spacing = up > 1 ? extent[1] / (up - 1) : grid.y_spacing;
   if (across == 1) grid.y_spacing = grid.z_spacing;
-  const double above_ground = up > 1 ? 0.5 * (extent[1] + grid.z_spacing) : reference_height;
-  grid.bottom = center_height.value_or(above_ground) - 0.5 * grid.z_spacing * (up - 1);
+  const double height = up > 1 ? extent[1] : 0,
+               center = center_height.value_or(up > 1 ? 0.5 * (height + grid.z_spacing) : reference_height);
+  check_range("--center-height", center, "m");
+  grid.bottom = center - 0.5 * height;
   if (!(grid.bottom > 0)) {
-    throw InputError("--center-height " + number(*center_height) + ", --size " + size.value_or("by --points"),
+    throw InputError("--center-height " + number(center) + " of " + number(height) + " m",
                      "lowest row at " + number(grid.bottom) + " m", "above the ground");
   }
 
-  if (step) check_positive("--step", *step, "s");
-  if (period) check_positive("--period", *period, "s");
+  if (step) check_range("--step", *step, "s");
+  if (period) check_range("--period", *period, "s");
   if (period && steps && step) throw InputError("--period", "given with --steps and --step", "one of them");
   if (steps && *steps < 1) throw InputError("--steps", std::to_string(*steps), "1 or more");
   grid.step = step.value_or(0.1);
@@ -307,13 +311,12 @@ void add_wind(CLI::App& app) {
                                       "The field repeats itself across and up too, one spacing beyond its "
                                       "last points")
                              ->group("Grid"));
-  of_synthesis.push_back(
-      sub.add_option("--match", command->match,
-                     "spectrum: that of the model, without the gusts slower than the loop; variance: all of "
-                     "the model's, each row scaled")
-          ->check(CLI::IsMember({"spectrum", "variance"}))
-          ->capture_default_str()
-          ->group("Grid"));
+  sub.add_option("--match", command->match,
+                 "spectrum: that of the model, without the gusts slower than the loop; variance: all of "
+                 "the model's, each row scaled")
+      ->check(CLI::IsMember({"spectrum", "variance"}))
+      ->capture_default_str()
+      ->group("Grid");
   for (CLI::Option* option : of_synthesis) option->excludes(field);
 
   const char* check = "Check";
