@@ -2,12 +2,16 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
+#include <string>
 #include <vector>
 
+#include <sys/resource.h>
 #include <tbb/global_control.h>
 
 #include "plants.hpp"
 #include "tremula/dynamics/loads.hpp"
+#include "tremula/io/turbsim.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/numerics/random.hpp"
 #include "tremula/wind/coherent_plane.hpp"
@@ -71,6 +75,23 @@ BENCHMARK(wind_field)
     ->Args({51, 0})
     ->Args({51, 1})
     ->Unit(benchmark::kMillisecond);
+
+// What tremula wind does for a .bts, the file included: one thread's seconds in the program and the system.
+// "memory": the most the process has held, in sizes of the field (run it alone: --benchmark_filter).
+void wind_file(benchmark::State& state) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const WindGrid grid = rotor(static_cast<int>(state.range(0)));
+  const TurbulentWind wind = storm(SpectrumKind::iec_kaimal);
+  const std::string path = std::filesystem::temp_directory_path() / "tremula-bench-wind.bts";
+  for (auto _ : state) write_turbsim(path, synthesise_wind(wind, grid));
+  std::filesystem::remove(path);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const double field = 12.0 * static_cast<double>(grid.point_count()) * grid.step_count;
+  state.counters["memory"] = 1024.0 * static_cast<double>(usage.ru_maxrss) / field;
+  rate(state, 3.0 * static_cast<double>(grid.point_count()) * series_flops(grid.step_count));
+}
+BENCHMARK(wind_file)->Arg(31)->Arg(51)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 
 // The parts. First the two bare transforms, which are the limit of what follows.
 void bare_plane_series(benchmark::State& state) {

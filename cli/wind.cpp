@@ -1,43 +1,233 @@
-// tremula wind: wind fields, written in the forms that programs read and held against what they should be.
+// tremula wind: wind fields, synthesised or read, written in the forms that programs read and held against
+// what they should be.
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/io/vti.hpp"
-#include "tremula/io/wind_plot.hpp"
+#include "tremula/io/wind_targets.hpp"
 
+#include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 
+#include <unistd.h>
+
 #include "commands.hpp"
 #include "common.hpp"
+#include "wind_flags.hpp"
 #include "wind_report.hpp"
 
 namespace tremula::cli {
 namespace {
 
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+void warn(const std::string& message) { std::cerr << "tremula: warning: " << message << '\n'; }
+
+// Where and when a field is synthesised.
+struct GridFlags {
+  std::string points = "21x21";
+  std::optional<std::string> size;
+  std::optional<double> center_height, step, period;
+  std::optional<int> steps;
+
+  std::vector<CLI::Option*> add_to(CLI::App& command);
+  WindGrid grid(double reference_height) const;
+};
+
+// "51x31": across, then up.
+template <typename T>
+std::array<T, 2> parse_pair(const char* flag, const std::string& text, T least, const char* wanted) {
+  std::array<T, 2> pair{};
+  const char* end = text.data() + text.size();
+  const auto first = std::from_chars(text.data(), end, pair[0]);
+  bool good = first.ec == std::errc{} && first.ptr != end && *first.ptr == 'x';
+  if (good) {
+    const auto second = std::from_chars(first.ptr + 1, end, pair[1]);
+    good = second.ec == std::errc{} && second.ptr == end;
+  }
+  for (const T value : pair) good = good && value >= least && std::isfinite(static_cast<double>(value));
+  if (!good) throw InputError(flag, "'" + text + "'", wanted);
+  return pair;
+}
+
+// Numbers beyond could not be told apart, or would be nothing or infinite, in the single precision of files.
+void check_range(const char* flag, double value, const char* unit) {
+  if (value >= 1e-9 && value <= 1e9) return;
+  throw InputError(flag, number(value), std::string("above 0 ") + unit + " (1e-9 to 1e9)");
+}
+
+// Field and half of a component, in single precision; the rest is small beside it.
+void check_memory(const std::string& points, double point_count, int steps) {
+  const double wanted = 16 * point_count * steps;
+  const double present =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  if (wanted <= present) return;
+  throw InputError("--points " + points + " with " + std::to_string(steps) + " steps",
+                   number(std::ceil(wanted / 1e8) / 10) + " GB of memory",
+                   "at most the " + number(std::floor(present / 1e8) / 10) + " GB of this machine");
+}
+
+std::vector<CLI::Option*> GridFlags::add_to(CLI::App& command) {
+  const auto add = [&](const char* flag, auto& value, const char* text) {
+    return command.add_option(flag, value, text)->group("Grid");
+  };
+  CLI::Option* steps_option = add("--steps", steps, "How many time steps")->default_str("4096");
+  return {
+      add("--points", points, "Points across the wind x points above each other")->capture_default_str(),
+      add("--size", size, "From the first to the last point, across x up [m] (default: 1 m between points)"),
+      add("--center-height", center_height,
+          "Height of the middle of the grid [m] (default: the lowest row is half a spacing above the "
+          "ground)"),
+      steps_option,
+      add("--step", step, "Time step [s]")->default_str("0.1"),
+      add("--period", period, "Length of the loop [s], in place of --steps or of --step")};
+}
+
+WindGrid GridFlags::grid(double reference_height) const {
+  const auto [across, up] =
+      parse_pair<int>("--points", points, 1, "points across x up, 1x1 or more, such as 51x51");
+  std::array<double, 2> extent{across - 1.0, up - 1.0};
+  if (size) extent = parse_pair<double>("--size", *size, 0, "metres across x up, 0 or more, such as 145x145");
+  for (const auto& [count, length] : {std::pair(across, extent[0]), std::pair(up, extent[1])}) {
+    if (count > 1) check_range("--size", length, "m");
+  }
+
+  WindGrid grid{.y_count = across, .z_count = up};
+  // A line of points has the spacing of its own direction in the other one too: there it does not matter.
+  if (across > 1) grid.y_spacing = extent[0] / (across - 1);
+  grid.z_spacing = up > 1 ? extent[1] / (up - 1) : grid.y_spacing;
+  if (across == 1) grid.y_spacing = grid.z_spacing;
+  const double height = up > 1 ? extent[1] : 0,
+               center = center_height.value_or(up > 1 ? 0.5 * (height + grid.z_spacing) : reference_height);
+  check_range("--center-height", center, "m");
+  grid.bottom = center - 0.5 * height;
+  if (!(grid.bottom > 0)) {
+    throw InputError("--center-height " + number(center) + " of " + number(height) + " m",
+                     "lowest row at " + number(grid.bottom) + " m", "above the ground");
+  }
+
+  if (step) check_range("--step", *step, "s");
+  if (period) check_range("--period", *period, "s");
+  if (period && steps && step) throw InputError("--period", "given with --steps and --step", "one of them");
+  if (steps && *steps < 1) throw InputError("--steps", std::to_string(*steps), "1 or more");
+  grid.step = step.value_or(0.1);
+  grid.step_count = steps.value_or(4096);
+  if (period && steps) {
+    grid.step = *period / *steps;
+  } else if (period) {
+    const double count = *period / grid.step;
+    if (!(count < 1e9 && std::abs(count - std::round(count)) < 1e-6 * count && count > 0.5)) {
+      throw InputError("--period " + number(*period) + " at " + number(grid.step) + " s a step",
+                       number(count) + " steps", "a whole number of them");
+    }
+    grid.step_count = static_cast<int>(std::lround(count));
+  }
+  check_memory(points, static_cast<double>(grid.point_count()), grid.step_count);
+  check_wind_grid(grid);
+  return grid;
+}
+
 struct WindCommand {
-  std::string input, report, plot;
+  std::string input, report, plot, match = "spectrum";
   std::vector<std::string> outputs;
+  bool list_terrains = false, tile = false, wind_given = false;
+  bool speed_given = false, reference_given = false;
+  WindFlags wind;
+  GridFlags grid;
+  ThreadsFlag threads;
   double bands_per_decade = 10;
   std::vector<int> separations = {1, 2, 4, 8, 16};
   int segment_length = 0;
 
   void check_outputs() const;
+  bool matches_variance() const { return match == "variance"; }
   void run() const;
 };
 
-// A field and where it comes from, as far as the outputs say it.
+// A field, and what is known of what it should be.
 struct FieldWithOrigin {
   WindField field;
-  std::string text;     // in .bts
-  WindTargets targets;  // what the field should be like, where that is known
+  std::string title, text;  // text: in .bts
+  WindFlags flags;
+  std::optional<TurbulentWind> wind;
+  std::optional<SynthesisReport> synthesis;
 };
 
-FieldWithOrigin read_field(const std::string& path) {
-  const TurbSimFile file = read_turbsim(path);
-  return {wind_field(file), file.text, {}};
+std::size_t row_nearest(const WindGrid& grid, double height) {
+  const double row = std::round((height - grid.bottom) / grid.z_spacing);
+  return static_cast<std::size_t>(std::clamp(row, 0.0, grid.z_count - 1.0));
+}
+
+// Where the result may not be what was meant.
+void advise(const TurbulentWind& wind, const WindGrid& grid, const SynthesisReport& report,
+            bool match_variance) {
+  const double intensity = turbulence_intensity_of(wind);
+  if (intensity > 0.4) {
+    warn("turbulence intensity " + number(intensity) +
+         ": above 0.4 the wind blows backwards at times, and gusts are no longer carried by one mean speed");
+  }
+  const std::size_t row = row_nearest(grid, wind.mean.reference_height);
+  const double resolved = report.resolved_share[0][row];
+  if (resolved < 0.6 && resolved > 0 && !match_variance) {
+    warn("a loop of " + number(grid.period()) + " s at " + number(grid.step) + " s a step holds " +
+         number(std::round(100 * resolved)) + " % of the variance of u at " +
+         number(grid.z(static_cast<int>(row))) + " m; more: a longer --period, or --match variance");
+  }
+  if (wind.mean.speed > 0 && mean_speed(wind.mean, grid.bottom) == 0) {
+    warn("there is no wind in the lowest row, at " + number(grid.bottom) +
+         " m: the profile begins at displacement and roughness length, " +
+         number(wind.mean.displacement + wind.mean.roughness_length) + " m");
+  }
+  const double error =
+      std::max({report.coherence_error[0], report.coherence_error[1], report.coherence_error[2]});
+  if (error > 0.03)
+    warn("the root-coherence is up to " + number(error) + " off the model's at low frequency");
+}
+
+FieldWithOrigin read_field(const WindCommand& command, StageLog& log) {
+  log.begin("read");
+  const TurbSimFile file = read_turbsim(command.input);
+  FieldWithOrigin made{.field = wind_field(file),
+                       .title = std::filesystem::path(command.input).stem().string(),
+                       .text = file.text,
+                       .flags = command.wind,
+                       .wind = {},
+                       .synthesis = {}};
+  log.finish();
+  if (!command.wind_given) return made;
+  if (!command.speed_given) made.flags.speed = made.field.grid.mean_speed;
+  if (!command.reference_given) made.flags.reference_height = made.field.grid.reference_height;
+  made.wind = made.flags.wind();
+  return made;
+}
+
+FieldWithOrigin synthesise_field(const WindCommand& command, StageLog& log) {
+  const TurbulentWind wind = command.wind.wind();
+  const WindGrid grid = command.grid.grid(wind.mean.reference_height);
+  log.begin("synthesis");
+  const SynthesisOptions options{.tile = command.tile,
+                                 .match_variance = command.matches_variance(),
+                                 .progress = [&](double done) { log.progress("synthesis", done); }};
+  SynthesisReport report;
+  FieldWithOrigin made{.field = synthesise_wind(wind, grid, options, &report),
+                       .title = command.wind.spectrum + ", " + number(wind.mean.speed) + " m/s at " +
+                                number(wind.mean.reference_height) + " m, seed " + std::to_string(wind.seed),
+                       .text = {},
+                       .flags = command.wind,
+                       .wind = wind,
+                       .synthesis = report};
+  made.text = "tremula " TREMULA_VERSION ": " + made.title;
+  log.finish();
+  advise(wind, grid, report, options.match_variance);
+  return made;
 }
 
 void WindCommand::check_outputs() const {
@@ -56,23 +246,22 @@ void WindCommand::check_outputs() const {
 void WindCommand::run() const {
   check_outputs();
   StageLog log;
-  log.begin("read");
-  const FieldWithOrigin wind = read_field(input);
-  log.finish();
+  const FieldWithOrigin made = input.empty() ? synthesise_field(*this, log) : read_field(*this, log);
 
-  WindReport checked{
-      .title = std::filesystem::path(input).stem().string(), .statistics = {}, .targets = wind.targets};
+  WindReport checked{.title = made.title, .statistics = {}, .targets = {}};
   if (!report.empty() || !plot.empty()) {
     log.begin("check");
-    checked.statistics = field_statistics(wind.field, {.bands_per_decade = bands_per_decade,
+    checked.statistics = field_statistics(made.field, {.bands_per_decade = bands_per_decade,
                                                        .y_separations = separations,
                                                        .z_separations = separations,
                                                        .segment_length = segment_length});
+    if (made.wind)
+      checked.targets = wind_targets(*made.wind, made.field.grid, checked.statistics, matches_variance());
   }
   for (const std::string& path : outputs) {
     log.begin("write " + lower_extension(path));
-    if (lower_extension(path) == ".bts") write_turbsim(path, wind.field, wind.text);
-    if (lower_extension(path) == ".vti") write_vti(path, wind.field);
+    if (lower_extension(path) == ".bts") write_turbsim(path, made.field, made.text);
+    if (lower_extension(path) == ".vti") write_vti(path, made.field);
   }
   if (!plot.empty()) write_wind_plot(plot, checked);
   log.finish();
@@ -80,11 +269,18 @@ void WindCommand::run() const {
   if (!plot.empty()) std::cerr << "tremula: wrote " << plot << '\n';
   if (report.empty()) return;
 
+  Json settings = {{"bands_per_decade", bands_per_decade}, {"separations_cells", separations}};
+  if (made.wind) settings["wind"] = cli::describe(made.flags, *made.wind);
+  if (made.synthesis) settings.update({{"tile", tile}, {"match", match}});
   Json json = {{"tremula", TREMULA_VERSION},
-               {"input", input},
-               {"settings", {{"bands_per_decade", bands_per_decade}, {"separations_cells", separations}}},
-               {"grid", describe(wind.field.grid)}};
-  json.update(describe(checked.statistics));
+               {"input", input.empty() ? Json() : Json(input)},
+               {"settings", settings},
+               {"grid", describe(made.field.grid)}};
+  if (made.synthesis) {
+    json["synthesis"] =
+        describe(*made.synthesis, row_nearest(made.field.grid, made.field.grid.reference_height));
+  }
+  json.update(describe(checked.statistics, checked.targets));
   json.update({{"outputs", outputs}, {"stages", log.json()}, {"peak_bytes", peak_bytes()}});
   write_file_atomically(report, json.dump(1) + '\n');
   std::cerr << "tremula: wrote " << report << '\n';
@@ -94,34 +290,72 @@ void WindCommand::run() const {
 
 void add_wind(CLI::App& app) {
   auto command = std::make_shared<WindCommand>();
-  CLI::App& sub = *app.add_subcommand("wind", "Check a wind field and write it in other forms");
-  sub.add_option("FIELD", command->input, "A wind field of TurbSim or of any program that writes .bts")
-      ->required();
+  CLI::App& sub = *app.add_subcommand("wind", "Synthesise a wind field, or read one; write and check it");
+  CLI::Option* field = sub.add_option(
+      "FIELD", command->input,
+      "A wind field of TurbSim or of any program that writes .bts; none: one is synthesised. With a field, "
+      "the flags of the wind only say what it is checked against");
   sub.add_option("-o,--output", command->outputs,
                  "What to write, by extension: .bts (TurbSim, OpenFAST), .vti (ParaView: the frozen gusts as "
                  "a box); may be "
                  "repeated");
-  sub.add_option(
-      "--report", command->report,
-      "Mean [m/s], deviation [m/s], spectra [(m/s)^2/Hz] by height and coherence by distance [m], as JSON");
+  sub.add_option("--report", command->report,
+                 "Settings, mean [m/s], deviation [m/s], spectra [(m/s)^2/Hz] by height and coherence by "
+                 "distance [m] beside their targets, seconds and memory, as JSON");
   sub.add_option("--plot", command->plot, "The same as a picture (.svg)");
+  sub.add_flag("--list-terrains", command->list_terrains, "List the terrains and their numbers");
+
+  command->wind.add_to(sub, {.speed = "--speed", .spectrum = "--spectrum,--model", .heading = false});
+  std::vector<CLI::Option*> of_synthesis = command->grid.add_to(sub);
+  of_synthesis.push_back(sub.add_flag("--tile", command->tile,
+                                      "The field repeats itself across and up too, one spacing beyond its "
+                                      "last points")
+                             ->group("Grid"));
+  sub.add_option("--match", command->match,
+                 "spectrum: that of the model, without the gusts slower than the loop; variance: all of "
+                 "the model's, each row scaled")
+      ->check(CLI::IsMember({"spectrum", "variance"}))
+      ->capture_default_str()
+      ->group("Grid");
+  for (CLI::Option* option : of_synthesis) option->excludes(field);
+
+  const char* check = "Check";
   sub.add_option("--bands", command->bands_per_decade,
                  "Frequency bands per decade in report and plot (1 to 1000)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(check);
   sub.add_option("--separations", command->separations,
                  "Distances at which coherence is measured [cells of the grid]")
       ->delimiter(',')
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(check);
   sub.add_option(
          "--segment", command->segment_length,
          "Length of the segments that a field that is not periodic is cut into [steps]; 0: a quarter of it")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(check);
+  command->threads.add_to(sub);
   sub.footer(
       "Examples:\n"
-      "  tremula wind field.bts --report check.json --plot check.svg\n"
+      "  tremula wind --speed 6 --terrain parkland -o gusts.bts --plot gusts.svg\n"
+      "  tremula wind --spectrum iec-kaimal --speed 12 --reference-height 90 --profile power:0.2 \\\n"
+      "      --points 51x51 --size 145x145 --center-height 90 --steps 4096 --step 0.1 --seed 1 \\\n"
+      "      -o field.bts --report wind.json\n"
+      "  tremula wind field.bts --plot check.svg --spectrum iec-kaimal --turbulence-intensity 0.16\n"
       "  tremula wind field.bts -o field.vti\n"
       "  tremula wind field.bts --plot check.svg --separations 1,3,9 --bands 5\n");
-  sub.callback([command] { command->run(); });
+  sub.callback([command, &sub] {
+    if (command->list_terrains) {
+      std::cout << terrain_table();
+      return;
+    }
+    command->speed_given = sub.count("--speed") > 0;
+    command->reference_given = sub.count("--reference-height") > 0;
+    for (const CLI::Option* option : sub.get_options()) {
+      if (option->get_group() == WindFlagNames{}.group && option->count() > 0) command->wind_given = true;
+    }
+    command->threads.run([&] { command->run(); });
+  });
 }
 
 }  // namespace tremula::cli

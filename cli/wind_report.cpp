@@ -5,6 +5,10 @@ namespace {
 
 constexpr const char* component_names[] = {"u", "v", "w"};
 
+Json by_component(const std::array<double, 3>& values) {
+  return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
+}
+
 }  // namespace
 
 Json describe(const WindGrid& grid) {
@@ -21,17 +25,21 @@ Json describe(const WindGrid& grid) {
       {"reference_height_m", grid.reference_height}};
 }
 
-Json describe(const FieldStatistics& statistics) {
+Json describe(const FieldStatistics& statistics, const WindTargets& targets) {
   Json rows = Json::array(), bands = Json::array(), spectra = Json::array(), coherence = Json::array();
-  for (const RowStatistics& row : statistics.rows) {
-    const auto by_component = [](const std::array<double, 3>& values) {
-      return Json{{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
-    };
-    rows.push_back({{"height_m", row.height},
-                    {"mean_m_s", by_component(row.mean)},
-                    {"deviation_m_s", by_component(row.deviation)},
-                    {"turbulence_intensity", row.turbulence_intensity},
-                    {"covariance_uw_m2_s2", row.covariance_uw}});
+  for (std::size_t i = 0; i < statistics.rows.size(); ++i) {
+    const RowStatistics& row = statistics.rows[i];
+    Json json = {{"height_m", row.height},
+                 {"mean_m_s", by_component(row.mean)},
+                 {"deviation_m_s", by_component(row.deviation)},
+                 {"turbulence_intensity", row.turbulence_intensity},
+                 {"covariance_uw_m2_s2", row.covariance_uw}};
+    if (i < targets.mean.y.size()) {
+      json["target_mean_m_s"] = by_component({targets.mean.y[i], 0, 0});
+      json["target_deviation_m_s"] =
+          by_component({targets.deviation[0].y[i], targets.deviation[1].y[i], targets.deviation[2].y[i]});
+    }
+    rows.push_back(std::move(json));
   }
   for (const FrequencyBand& band : statistics.bands) {
     bands.push_back(
@@ -43,6 +51,9 @@ Json describe(const FieldStatistics& statistics) {
                          {"component", component_names[c]},
                          {"measured_m2_s2_per_hz", statistics.spectra[i][c].value},
                          {"standard_error_m2_s2_per_hz", statistics.spectra[i][c].standard_error}});
+      for (const WindTargets::Spectrum& wanted : targets.spectra) {
+        if (wanted.row == i && wanted.component == c) spectra.back()["target_m2_s2_per_hz"] = wanted.curve.y;
+      }
     }
   }
   for (const FieldCoherence& pair : statistics.coherence) {
@@ -53,6 +64,11 @@ Json describe(const FieldStatistics& statistics) {
                          {"pairs", pair.pair_count},
                          {"measured_root", pair.root},
                          {"measured_real", pair.real}});
+    for (const WindTargets::Coherence& wanted : targets.coherence) {
+      if (wanted.vertical == pair.vertical && wanted.cells == pair.cells &&
+          wanted.component == pair.component)
+        coherence.back()["target_root"] = wanted.curve.y;
+    }
   }
   return {{"rows", rows},
           {"resolution_hz", statistics.resolution},
@@ -61,6 +77,15 @@ Json describe(const FieldStatistics& statistics) {
           {"bands", bands},
           {"spectra", spectra},
           {"coherence", coherence}};
+}
+
+Json describe(const SynthesisReport& report, std::size_t row) {
+  return {{"resolved_share", by_component({report.resolved_share[0][row], report.resolved_share[1][row],
+                                           report.resolved_share[2][row]})},
+          {"clipped_share", by_component(report.clipped_share)},
+          {"mean_clipped_share", by_component(report.mean_clipped_share)},
+          {"coherence_error", by_component(report.coherence_error)},
+          {"largest_domain", {{"y", report.largest_columns}, {"z", report.largest_rows}}}};
 }
 
 }  // namespace tremula::cli

@@ -1,13 +1,19 @@
 // Wind fields and what was measured of them as JSON.
 #pragma once
 
-#include "tremula/wind/field_statistics.hpp"
+#include "tremula/io/wind_plot.hpp"
+#include "tremula/wind/synthesis.hpp"
 
 #include "common.hpp"
 
 namespace tremula::cli {
 
 Json describe(const WindGrid& grid);
-Json describe(const FieldStatistics& statistics);  // {"rows", "bands", "spectra", "coherence"}
+
+// {"rows", "bands", "spectra", "coherence"}: measured, and beside it the target where there is one.
+Json describe(const FieldStatistics& statistics, const WindTargets& targets);
+
+// Resolved shares are those of a row.
+Json describe(const SynthesisReport& report, std::size_t row);
 
 }  // namespace tremula::cli

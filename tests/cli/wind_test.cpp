@@ -146,6 +146,178 @@ TEST(Wind, ChecksAndRewritesAField) {
   }
 }
 
+// The form of the design on a grid that takes no time.
+const std::string small_field =
+    "wind --model iec-kaimal --speed 12 --reference-height 90 --profile power:0.2 --points 5x4 --size 40x30 "
+    "--center-height 90 --steps 64 --step 0.5 --seed 1 ";
+
+TEST(Wind, SynthesisesAFieldInTheFormThatScriptsRelyOn) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, small_field + "-o field.bts --report wind.json --plot wind.svg");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_EQ(outcome.output, "");
+  EXPECT_EQ(file_count(folder), 3U);
+  EXPECT_THAT(contents(folder / "wind.svg"), HasSubstr("stroke-dasharray"));  // targets
+
+  const json info = json::parse(run(folder, "info field.bts --format json").output);
+  EXPECT_EQ(info.at("points"), (json{{"y", 5}, {"z", 4}}));
+  EXPECT_EQ(info.at("periodic"), true);
+  EXPECT_EQ(info.at("y_m"), (json{-20, -10, 0, 10, 20}));
+  EXPECT_EQ(info.at("z_m"), (json{75, 85, 95, 105}));
+  EXPECT_EQ(info.at("steps"), 64);
+  EXPECT_EQ(info.at("mean_speed_m_s"), 12);
+  EXPECT_EQ(info.at("reference_height_m"), 90);
+  EXPECT_THAT(info.at("text").get<std::string>(), HasSubstr("iec-kaimal, 12 m/s at 90 m, seed 1"));
+
+  const json report = json::parse(contents(folder / "wind.json"));
+  const json& wind = report.at("settings").at("wind");
+  EXPECT_EQ(wind.at("spectrum"), "iec-kaimal");
+  EXPECT_EQ(wind.at("coherence"), "iec");
+  EXPECT_EQ(wind.at("profile"), "power");
+  EXPECT_EQ(wind.at("power_exponent"), 0.2);
+  EXPECT_NEAR(wind.at("turbulence_intensity"), 0.2, 1e-12);
+  EXPECT_NEAR(wind.at("length_m").at("u"), 8.1 * 42, 1e-9);
+  EXPECT_EQ(wind.at("seed"), 1);
+  EXPECT_EQ(report.at("settings").at("match"), "spectrum");
+  const json& row = report.at("rows").at(3);
+  EXPECT_NEAR(row.at("target_mean_m_s").at("u"), 12 * std::pow(105.0 / 90, 0.2), 1e-9);
+  EXPECT_NEAR(row.at("mean_m_s").at("u"), row.at("target_mean_m_s").at("u"), 1e-5);
+  // In the report, the share of the variance that the loop has is that of the targets.
+  const double sigma = 0.2 * 12, resolved = report.at("synthesis").at("resolved_share").at("u");
+  EXPECT_GT(resolved, 0.3);
+  EXPECT_LT(resolved, 0.9);
+  EXPECT_NEAR(row.at("target_deviation_m_s").at("u"), sigma * std::sqrt(resolved), 1e-5);
+  // The first band is the first bin, 1/32 Hz.
+  const double period = 8.1 * 42 / 12, f = 1.0 / 32;
+  EXPECT_NEAR(report.at("spectra").at(0).at("target_m2_s2_per_hz").at(0),
+              sigma * sigma * 4 * period / std::pow(1 + 6 * f * period, 5.0 / 3), 1e-9);
+  const json& pair = report.at("coherence").at(0);
+  EXPECT_EQ(pair.at("distance_m"), 10);
+  EXPECT_NEAR(pair.at("target_root").at(0), std::exp(-12 * std::hypot(f * 10 / 12, 0.12 * 10 / (8.1 * 42))),
+              1e-9);
+  for (const char* key : {"clipped_share", "mean_clipped_share", "coherence_error", "largest_domain"})
+    EXPECT_TRUE(report.at("synthesis").contains(key)) << key;
+  EXPECT_EQ(report.at("stages").at(0).at("stage"), "synthesis");
+  EXPECT_GT(report.at("peak_bytes"), 0);
+}
+
+TEST(Wind, OfOneSeedHasTheSameBytesOnAnyNumberOfThreadsAndOthersOfAnotherSeed) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder, small_field + "--threads 1 -o one.bts").code, 0);
+  ASSERT_EQ(run(folder, small_field + "--threads 2 -o two.bts --report two.json").code, 0);
+  ASSERT_EQ(run(folder, small_field + "--threads 1 -o other.bts --seed 2").code, 2);  // given twice
+  ASSERT_EQ(run(folder, "wind --points 5x4 -o other.bts --steps 64 --seed 2").code, 0);
+  ASSERT_EQ(run(folder, "wind --points 5x4 -o again.bts --steps 64 --seed 2").code, 0);
+  ASSERT_EQ(run(folder, "wind --points 5x4 -o third.bts --steps 64 --seed 3").code, 0);
+  EXPECT_EQ(contents(folder / "one.bts"), contents(folder / "two.bts"));
+  EXPECT_EQ(contents(folder / "other.bts"), contents(folder / "again.bts"));
+  EXPECT_NE(contents(folder / "other.bts").substr(1000), contents(folder / "third.bts").substr(1000));
+}
+
+TEST(Wind, WithoutAGridStandsOnTheGroundWithAMetreBetweenPoints) {
+  const test::TemporaryFolder folder;
+  const auto grid_of = [&](const std::string& arguments) {
+    const Outcome outcome = run(folder, "wind --report r.json " + arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    return json::parse(contents(folder / "r.json")).at("grid");
+  };
+  const json plain = grid_of("--steps 64");
+  EXPECT_EQ(plain.at("points"), (json{{"y", 21}, {"z", 21}}));
+  EXPECT_EQ(plain.at("spacing_m"), (json{{"y", 1.0}, {"z", 1.0}}));
+  EXPECT_EQ(plain.at("bottom_m"), 0.5);
+  EXPECT_EQ(plain.at("step_s"), 0.1);
+  // A mast at the reference height; the loop in place of the steps, and of the step.
+  const json mast = grid_of("--points 1x1 --period 25.6");
+  EXPECT_EQ(mast.at("bottom_m"), 10);
+  EXPECT_EQ(mast.at("steps"), 256);
+  EXPECT_EQ(grid_of("--points 3x1 --period 20 --steps 600").at("step_s"), 20.0 / 600);
+}
+
+TEST(Wind, HasTheSpectraItsFlagsName) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "table.csv") << "frequency,S_u,S_v,S_w\n0.01,4,2,1\n1,4,2,1\n";
+  // Without chance in powers and without coherence, measured and wanted are the same to a few roundings.
+  for (const std::string wind : {"--spectrum simiu-scanlan --friction-velocity 0.5", "--spectrum von-karman",
+                                 "--spectrum table.csv", "--terrain crops", "--match variance"}) {
+    const Outcome outcome = run(folder,
+                                "wind --coherence none --amplitudes phases --points 3x3 --period 60 "
+                                "--report r.json " +
+                                    wind);
+    ASSERT_EQ(outcome.code, 0) << outcome.messages;
+    const json report = json::parse(contents(folder / "r.json"));
+    ASSERT_EQ(report.at("spectra").size(), 9U);
+    for (const json& spectrum : report.at("spectra")) {
+      for (std::size_t b = 0; b < report.at("bands").size(); ++b) {
+        const double target = spectrum.at("target_m2_s2_per_hz").at(b);
+        EXPECT_NEAR(spectrum.at("measured_m2_s2_per_hz").at(b), target, 1e-4 * target) << wind;
+      }
+    }
+    if (wind == "--spectrum table.csv") {
+      EXPECT_NEAR(report.at("spectra").at(1).at("target_m2_s2_per_hz").at(0), 2, 1e-12);
+    }
+    if (wind.find("friction") != std::string::npos) {
+      EXPECT_NEAR(report.at("settings").at("wind").at("deviation_m_s").at("u"), 0.5 * std::sqrt(6.0), 1e-12);
+    }
+    if (wind == "--match variance") {
+      EXPECT_NEAR(report.at("rows").at(0).at("target_deviation_m_s").at("u"), 0.2 * 6, 1e-12);
+    }
+  }
+}
+
+TEST(Wind, OverATerrainTakesFromItWhatIsNotGiven) {
+  const test::TemporaryFolder folder;
+  const auto wind_of = [&](const std::string& arguments) {
+    const Outcome outcome = run(folder, "wind --points 2x2 --steps 4096 --report r.json " + arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    return json::parse(contents(folder / "r.json")).at("settings").at("wind");
+  };
+  const json parkland = wind_of("--terrain parkland");
+  EXPECT_EQ(parkland.at("roughness_length_m"), 0.5);
+  EXPECT_NEAR(parkland.at("turbulence_intensity"), std::sqrt(6.0) * 0.4 / std::log(10 / 0.5), 1e-12);
+  const json changed =
+      wind_of("--terrain parkland --roughness-length 0.1 --turbulence-intensity 0.3 --decay-y 1,2,3");
+  EXPECT_EQ(changed.at("terrain"), "parkland");
+  EXPECT_EQ(changed.at("roughness_length_m"), 0.1);
+  EXPECT_NEAR(changed.at("turbulence_intensity"), 0.3, 1e-12);
+  EXPECT_EQ(changed.at("decay_y"), (json{{"u", 1.0}, {"v", 2.0}, {"w", 3.0}}));
+  EXPECT_EQ(changed.at("decay_z"), (json{{"u", 6.0}, {"v", 4.0}, {"w", 8.0}}));
+
+  const Outcome list = run(folder, "wind --list-terrains");
+  EXPECT_EQ(list.code, 0);
+  for (const std::string name : {"open", "grass", "crops", "parkland", "forest-edge"})
+    EXPECT_THAT(list.output, HasSubstr("\n" + name + " "));
+}
+
+TEST(Wind, WarnsOfWhatIsProbablyNotMeant) {
+  const test::TemporaryFolder folder;
+  const auto messages = [&](const std::string& arguments) {
+    return run(folder, "wind --points 2x2 --report r.json " + arguments).messages;
+  };
+  EXPECT_EQ(messages(""), "tremula: wrote r.json\n");
+  EXPECT_THAT(messages("--turbulence-intensity 0.41"),
+              HasSubstr("warning: turbulence intensity 0.41: above 0.4"));
+  EXPECT_THAT(messages("--period 5"), HasSubstr("warning: a loop of 5 s at 0.1 s a step holds "));
+  EXPECT_EQ(messages("--period 5 --match variance"), "tremula: wrote r.json\n");
+  EXPECT_THAT(messages("--displacement 2"),
+              HasSubstr("warning: there is no wind in the lowest row, at 0.5 m"));
+}
+
+TEST(Wind, ChecksAFieldAgainstTheWindThatFlagsDescribe) {
+  const test::TemporaryFolder folder;
+  write(folder / "a.bts", small_bts(8, 64));
+  ASSERT_EQ(run(folder, "wind a.bts --report r.json --spectrum von-karman").code, 0);
+  const json report = json::parse(contents(folder / "r.json"));
+  // The file's speed, 6 m/s at 10 m, where none is given.
+  EXPECT_EQ(report.at("settings").at("wind").at("wind_speed_m_s"), 6);
+  EXPECT_NEAR(report.at("rows").at(1).at("target_mean_m_s").at("u"),
+              6 * std::log(6 / 0.03) / std::log(10 / 0.03), 1e-9);
+  EXPECT_FALSE(report.contains("synthesis"));
+  ASSERT_EQ(run(folder, "wind a.bts --report r.json --spectrum von-karman --speed 9").code, 0);
+  EXPECT_EQ(json::parse(contents(folder / "r.json")).at("settings").at("wind").at("wind_speed_m_s"), 9);
+  ASSERT_EQ(run(folder, "wind a.bts --report r.json").code, 0);
+  EXPECT_FALSE(json::parse(contents(folder / "r.json")).at("rows").at(0).contains("target_mean_m_s"));
+}
+
 TEST(Wind, RefusesInOneLineAndLeavesNoFile) {
   const auto expect_refused = [](const std::string& arguments, const std::string& bytes,
                                  const std::string& part) {
@@ -170,6 +342,41 @@ TEST(Wind, RefusesInOneLineAndLeavesNoFile) {
                  "separation across: 0 cells, wanted 1 or more");
   expect_refused("wind a.bts --report r.json", good.substr(0, 100), "a.bts: 100 bytes, wanted 265");
   expect_refused("info a.bts", "tree", "a.bts: kind of file (byte 0)");
+  expect_refused("wind a.bts --points 3x3 -o b.bts", good, "FIELD excludes --points");
+  expect_refused("wind a.bts --plot r.svg --profile cubic", good, "--profile: 'cubic', wanted log, power");
+
+  const auto expect_no_field = [&](const std::string& arguments, const std::string& part) {
+    expect_refused("wind -o b.bts " + arguments, good, part);
+  };
+  for (const std::string points : {"0x5", "5", "5x", "x5", "5x5x5", "5.5x5", "99999999999x1"})
+    expect_no_field("--points " + points, "--points: '" + points + "', wanted points across x up");
+  expect_no_field("--size -1x3", "--size: '-1x3', wanted metres across x up");
+  expect_no_field("--size nanx3", "--size: 'nanx3', wanted");
+  expect_no_field("--size 0x3", "--size: 0, wanted above 0 m");
+  expect_no_field("--size 1e300x3", "--size: 1e+300, wanted above 0 m");
+  expect_no_field("--center-height 3", "--center-height 3 of 20 m: lowest row at -7 m");
+  expect_no_field("--center-height nan", "--center-height: nan, wanted above 0 m");
+  expect_no_field("--steps 0", "--steps: 0, wanted 1 or more");
+  expect_no_field("--step 0", "--step: 0, wanted above 0 s");
+  expect_no_field("--step inf", "--step: inf, wanted above 0 s");
+  expect_no_field("--period 20.05", "--period 20.05 at 0.1 s a step: 200.5 steps, wanted a whole number");
+  expect_no_field("--period 20 --step 0.1 --steps 300", "--period: given with --steps and --step");
+  expect_no_field("--points 5000x5000 --steps 1000000", "400000 GB of memory, wanted at most the ");
+  expect_no_field("--spectrum rose", "--spectrum rose: there is no such model or file");
+  expect_no_field("--spectrum a.bts", "a.bts");
+  expect_no_field("--coherence rose", "coherence: rose, wanted shinya-fournier");
+  expect_no_field("--coherence iec --decay-y 1,2,3", "--decay-y: given with --coherence iec");
+  expect_no_field("--decay-y 1,2", "--decay-y");
+  expect_no_field("--decay-z 1,2,-3", "coherence decay with height: -3");
+  expect_no_field("--terrain mars", "terrain: mars, wanted open, grass");
+  expect_no_field("--profile power:x", "--profile: 'power:x', wanted");
+  expect_no_field("--profile power:0.3 --power-exponent 0.2", "wanted one exponent");
+  expect_no_field("--turbulence-intensity 0.2 --friction-velocity 1", "excludes");
+  expect_no_field("--turbulence-intensity nan", "turbulence intensity: nan, wanted 0 to 2");
+  expect_no_field("--speed -1", "wind speed: -1");
+  expect_no_field("--seed -1", "--seed");
+  expect_no_field("--amplitudes big", "--amplitudes");
+  expect_no_field("--match all", "--match");
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
@@ -363,6 +364,22 @@ TEST(SynthesiseWind, RefusesGridsAndSettingsThatCannotBe) {
   TurbulentWind growing = wind;
   growing.coherence.decay_y[1] = -1;
   EXPECT_THROW(synthesise_wind(growing, small), InputError);
+}
+
+TEST(SynthesiseWind, TellsHowMuchIsDoneUpToAllOfItAndStopsWhenTold) {
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const WindGrid grid{.y_count = 6, .z_count = 7, .step_count = 300};
+  std::vector<double> told;
+  synthesise_wind(wind_of(SpectrumKind::simiu_scanlan), grid,
+                  {.progress = [&](double done) { told.push_back(done); }});
+  ASSERT_GT(told.size(), 6U);
+  EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
+  EXPECT_GT(told.front(), 0);
+  EXPECT_LT(told.front(), 0.1);
+  EXPECT_NEAR(told.back(), 1, 1e-9);
+  EXPECT_THROW(synthesise_wind(wind_of(SpectrumKind::simiu_scanlan), grid,
+                               {.progress = [](double) { throw Error("enough"); }}),
+               Error);
 }
 
 }  // namespace

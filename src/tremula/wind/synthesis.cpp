@@ -6,6 +6,7 @@
 #include "tremula/wind/coherent_plane.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <complex>
 #include <map>
@@ -150,6 +151,22 @@ struct Coefficients {
   }
 };
 
+// How much is done, of all components. Drawing a component takes about twice as long as summing it in time.
+class Meter {
+ public:
+  explicit Meter(const std::function<void(double)>& tell) : tell_(tell) {}
+  void drawn(std::size_t jobs, std::size_t of) { add(2.0 / 9, jobs, of); }
+  void summed(std::size_t tiles, std::size_t of) { add(1.0 / 9, tiles, of); }
+
+ private:
+  const std::function<void(double)>& tell_;
+  std::atomic<double> done_ = 0;
+
+  void add(double share, std::size_t part, std::size_t of) {
+    if (tell_) tell_(done_ += share * static_cast<double>(part) / static_cast<double>(of));
+  }
+};
+
 struct BinWork {
   CoherentPlaneWork plane;
   std::vector<Complex> window;
@@ -161,7 +178,8 @@ struct Clipped {
 
 void draw_coefficients(const TurbulentWind& wind, const WindGrid& grid, const TimeAxis& axis, int component,
                        const RowAmplitudes& amplitudes, const std::vector<double>& row_factors,
-                       const std::vector<Job>& jobs, Coefficients& coefficients, SynthesisReport& report) {
+                       const std::vector<Job>& jobs, Coefficients& coefficients, SynthesisReport& report,
+                       Meter& meter) {
   std::vector<std::array<double, 2>> clipped(jobs.size());
   tbb::enumerable_thread_specific<BinWork> works;
   const auto columns = static_cast<std::size_t>(grid.y_count);
@@ -208,6 +226,7 @@ void draw_coefficients(const TurbulentWind& wind, const WindGrid& grid, const Ti
         coefficients.store(static_cast<std::size_t>(bin), work.window.data());
       }
     }
+    meter.drawn(range.size(), jobs.size());
   });
 
   const auto c = static_cast<std::size_t>(component);
@@ -225,7 +244,8 @@ void draw_coefficients(const TurbulentWind& wind, const WindGrid& grid, const Ti
   if (weights > 0) report.mean_clipped_share[c] = weighted / weights;
 }
 
-void sum_in_time(const TimeAxis& axis, Coefficients& coefficients, std::vector<float>& velocity) {
+void sum_in_time(const TimeAxis& axis, Coefficients& coefficients, std::vector<float>& velocity,
+                 Meter& meter) {
   struct Work {
     FftArray<Complex> spectra;
     FftArray<float> samples;
@@ -251,6 +271,7 @@ void sum_in_time(const TimeAxis& axis, Coefficients& coefficients, std::vector<f
         for (std::size_t i = 0; i < count; ++i) row[i] = work.samples[i * pitch + step];
       }
     }
+    meter.summed(range.size(), coefficients.tiles);
   });
 }
 
@@ -305,6 +326,7 @@ WindField synthesise_wind(const TurbulentWind& wind, const WindGrid& grid, const
   const RowAmplitudes amplitudes = row_amplitudes(wind, grid, axis);
   const Vec3 variance = spectrum_variance(wind.spectrum);
   SynthesisReport report;
+  Meter meter(options.progress);
   Planes planes(grid.z_count);
   const auto rows = static_cast<std::size_t>(grid.z_count), columns = static_cast<std::size_t>(grid.y_count);
   Coefficients coefficients(grid.point_count(), static_cast<std::size_t>(axis.bin_count()));
@@ -326,9 +348,9 @@ WindField synthesise_wind(const TurbulentWind& wind, const WindGrid& grid, const
       }
     }
     coefficients.store(0, mean.data());
-    draw_coefficients(wind, grid, axis, component, amplitudes, factors, jobs, coefficients, report);
+    draw_coefficients(wind, grid, axis, component, amplitudes, factors, jobs, coefficients, report, meter);
     field.velocity[c].resize(grid.point_count() * static_cast<std::size_t>(grid.step_count));
-    sum_in_time(axis, coefficients, field.velocity[c]);
+    sum_in_time(axis, coefficients, field.velocity[c], meter);
     if (report_wanted != nullptr && !options.tile) {
       report.coherence_error[c] = coherence_error(wind, grid, axis, component, jobs);
     }

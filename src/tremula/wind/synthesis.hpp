@@ -7,6 +7,7 @@
 #include "tremula/wind/turbulent_wind.hpp"
 
 #include <array>
+#include <functional>
 #include <vector>
 
 namespace tremula {
@@ -20,6 +21,7 @@ struct SynthesisOptions {
   bool match_variance = false;
   // Root-coherence that may be lost to, or gained from, the far side of the periodic domain.
   double padding_tolerance = 0.005;
+  std::function<void(double done)> progress = {};  // 0 … 1, from any thread; throw to cancel
 };
 
 // What came out, per component.
