@@ -6,16 +6,19 @@
 #include "tremula/io/gltf.hpp"
 #include "tremula/io/html.hpp"
 #include "tremula/io/pose_table.hpp"
+#include "tremula/io/turbsim.hpp"
 #include "tremula/render/render.hpp"
 
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <memory>
 #include <numbers>
 #include <numeric>
 
 #include "commands.hpp"
 #include "common.hpp"
+#include "wind_flags.hpp"
 
 namespace tremula::cli {
 namespace {
@@ -23,18 +26,19 @@ namespace {
 struct AnimateCommand {
   std::string input, report;
   std::vector<std::string> outputs;
-  double wind_speed = 6, heading = 0, turbulence_intensity = 0.2, reference_height = 10,
-         roughness_length = 0.03, power_exponent = 0.2;
-  std::string profile = "log", wind_model = "stam", loads = "linearised";
+  WindFlags wind_flags;
+  std::string wind = "turbulent", loads = "linearised", transfer = "bin-averaged";
   double correlation_time = 1, correlation_length = 4;
   double period = 20, frames_per_second = 30, damping_ratio = 0.05, reconfiguration_angle = 0.3;
-  std::optional<double> mass_damping;
+  std::optional<double> mass_damping, stiffness_damping;
+  bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
-  std::uint64_t seed = 1;
   std::string frames;
   StructureFlags structure;
   ThreadsFlag threads;
 
+  Wind chosen_wind() const;
+  Json describe_wind(const Wind& chosen) const;
   Weather weather() const;
   std::vector<int> picked_frames(int sample_count) const;
   void check_outputs() const;
@@ -50,27 +54,38 @@ struct Loop {
   LoopInfo info;
 };
 
+Wind AnimateCommand::chosen_wind() const {
+  if (wind == "turbulent") return wind_flags.wind();
+  if (wind == "stam" || wind == "stam-printed") {
+    StamWind stam{.mean = wind_flags.mean_wind(),
+                  .turbulence_intensity =
+                      wind_flags.turbulence_intensity.value_or(default_turbulence_intensity),
+                  .correlation_time = correlation_time,
+                  .correlation_length = correlation_length,
+                  .seed = wind_flags.seed};
+    if (wind == "stam-printed") {
+      stam.rows = StamRows::as_printed;
+      stam.cutoff = 1e-4;  // its tails are not normalised away
+    }
+    return stam;
+  }
+  if (lower_extension(wind) == ".bts") {
+    return GivenWind{std::make_shared<const WindField>(wind_field(read_turbsim(wind))), wind_flags.heading};
+  }
+  throw InputError("--wind", "'" + wind + "'", "turbulent, stam, stam-printed or a field FILE.bts");
+}
+
 Weather AnimateCommand::weather() const {
   Weather weather;
-  StamWind stam;
-  stam.mean = {.speed = wind_speed,
-               .reference_height = reference_height,
-               .heading = heading,
-               .profile = profile == "constant" ? ProfileKind::constant
-                          : profile == "power"  ? ProfileKind::power
-                                                : ProfileKind::logarithmic,
-               .roughness_length = roughness_length,
-               .power_exponent = power_exponent};
-  stam.turbulence_intensity = turbulence_intensity;
-  stam.correlation_time = correlation_time;
-  stam.correlation_length = correlation_length;
-  stam.rows = wind_model == "stam-printed" ? StamRows::as_printed : StamRows::unit_variance;
-  if (stam.rows == StamRows::as_printed) stam.cutoff = 1e-4;  // its tails are not normalised away
-  stam.seed = seed;
-  weather.wind = stam;
+  weather.wind = chosen_wind();
   weather.loads.model = loads == "paper" ? LoadModel::paper : LoadModel::linearised;
   weather.reconfiguration.angle = reconfiguration_angle;
-  weather.damping = {.ratio = damping_ratio, .mass_proportional = mass_damping};
+  weather.damping = {.ratio = damping_ratio,
+                     .mass_proportional = mass_damping,
+                     .stiffness_proportional = stiffness_damping,
+                     .aerodynamic = !no_aerodynamic_damping};
+  weather.transfer = transfer == "sampled" ? Transfer::sampled : Transfer::bin_averaged;
+  weather.static_correction = !no_static_correction;
   const double samples = period * frames_per_second;
   if (!(samples >= 1 && samples <= 1 << 24)) {
     throw InputError("--period " + std::to_string(period) + " at --fps " + std::to_string(frames_per_second),
@@ -173,6 +188,25 @@ Json describe(const MotionStatistics& statistics) {
           {"most_moved_branch", statistics.most_moved_branch}};
 }
 
+Json AnimateCommand::describe_wind(const Wind& chosen) const {
+  if (const auto* turbulent = std::get_if<TurbulentWind>(&chosen)) return describe(wind_flags, *turbulent);
+  if (const auto* stam = std::get_if<StamWind>(&chosen)) {
+    return {{"speed_m_s", stam->mean.speed},
+            {"reference_height_m", stam->mean.reference_height},
+            {"profile", wind_flags.profile},
+            {"roughness_length_m", stam->mean.roughness_length},
+            {"heading_deg", stam->mean.heading},
+            {"turbulence_intensity", stam->turbulence_intensity},
+            {"correlation_time_s", stam->correlation_time},
+            {"correlation_length_m", stam->correlation_length}};
+  }
+  const WindGrid& grid = std::get<GivenWind>(chosen).field->grid;
+  return {{"mean_speed_m_s", grid.mean_speed},
+          {"period_s", grid.period()},
+          {"points", {grid.y_count, grid.z_count}},
+          {"heading_deg", wind_flags.heading}};
+}
+
 void AnimateCommand::run() const {
   check_outputs();
   const Weather conditions = weather();
@@ -191,17 +225,13 @@ void AnimateCommand::run() const {
   BakeOptions options = bake_options;
   if (mode_count > 6 * skeleton.branch_count()) options.modes.count = all_modes;
   const Subject subject = bake(skeleton, options, progress);
-  const Motion motion = set_in_motion(subject, conditions, progress);
+  std::vector<std::string> warnings;
+  const Motion motion = set_in_motion(subject, conditions, progress, &warnings);
   log.finish();
 
   const MotionStatistics statistics = motion_statistics(subject.modes, motion);
-  if (statistics.largest_rms_rotation + statistics.largest_lean_rotation > 0.75) {
-    std::cerr << "tremula: warning: the wind turns branches by up to "
-              << statistics.largest_rms_rotation + statistics.largest_lean_rotation
-              << " rad, too far for small displacements: stretching may show; try a lower --wind-speed or a "
-                 "stiffer "
-                 "--material\n";
-  }
+  for (std::string& line : advice(subject, conditions, statistics)) warnings.push_back(std::move(line));
+  for (const std::string& line : warnings) std::cerr << "tremula: warning: " << line << '\n';
 
   log.begin("surface");
   Surface surface = mesh_surface(skeleton);
@@ -213,9 +243,9 @@ void AnimateCommand::run() const {
                   surface,
                   {.name = plant.name,
                    .frames_per_second = frames_per_second,
-                   .wind_speed = wind_speed,
-                   .heading = heading,
-                   .seed = seed}};
+                   .wind_speed = wind_flags.speed,
+                   .heading = wind_flags.heading,
+                   .seed = wind_flags.seed}};
   for (const std::string& path : outputs) {
     log.begin("write " + lower_extension(path));
     write_output(path, loop, frames_for_poses);
@@ -230,23 +260,20 @@ void AnimateCommand::run() const {
       {"plant", cli::describe(plant)},
       {"structure", cli::describe(options.structure)},
       {"settings",
-       {{"wind_model", wind_model},
-        {"wind_speed_m_s", wind_speed},
-        {"reference_height_m", reference_height},
-        {"profile", profile},
-        {"roughness_length_m", roughness_length},
-        {"power_exponent", power_exponent},
-        {"heading_deg", heading},
-        {"turbulence_intensity", turbulence_intensity},
-        {"correlation_time_s", correlation_time},
-        {"correlation_length_m", correlation_length},
+       {{"wind", wind},
+        {"wind_settings", describe_wind(conditions.wind)},
         {"loads", loads},
-        {"damping_ratio", mass_damping ? Json() : Json(damping_ratio)},
+        {"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
         {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
+        {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
+        {"aerodynamic_damping", !no_aerodynamic_damping},
+        {"transfer", transfer},
+        {"static_shapes", motion.static_shapes.count()},
         {"period_s", period},
         {"frames_per_second", frames_per_second},
         {"samples", conditions.loop.sample_count},
-        {"seed", seed}}},
+        {"seed", wind_flags.seed}}},
+      {"warnings", warnings},
       {"mode_count", subject.modes.count()},
       {"frequencies_hz", std::vector<double>(subject.modes.frequency.begin(), subject.modes.frequency.end())},
       {"motion", describe(statistics)},
@@ -276,45 +303,19 @@ void add_animate(CLI::App& app) {
       ->capture_default_str();
 
   const char* wind = "Wind";
-  sub.add_option("--wind-speed", command->wind_speed, "Mean wind speed at the reference height [m/s]")
+  sub.add_option("--wind", command->wind,
+                 "turbulent: gusts that travel (Shinya & Fournier, or --spectrum); stam: eq. 8 of Stam with unit "
+                 "variance and a spectrum; stam-printed: eq. 8 as printed, white; or a field FILE.bts (TurbSim)")
       ->capture_default_str()
       ->group(wind);
-  sub.add_option("--heading", command->heading, "Where the wind blows to, from +x towards +y [degrees]")
-      ->capture_default_str()
-      ->group(wind);
-  sub.add_option("--turbulence-intensity", command->turbulence_intensity,
-                 "Standard deviation of the wind over its mean, at the reference height")
-      ->capture_default_str()
-      ->group(wind);
-  sub.add_option("--reference-height", command->reference_height, "Height of the given wind speed [m]")
-      ->capture_default_str()
-      ->group(wind);
-  sub.add_option("--profile", command->profile, "How the mean wind grows with height: log, power or constant")
-      ->check(CLI::IsMember({"log", "power", "constant"}))
-      ->capture_default_str()
-      ->group(wind);
-  sub.add_option("--roughness-length", command->roughness_length, "z0 of the log profile [m]")
-      ->capture_default_str()
-      ->group(wind);
-  sub.add_option("--power-exponent", command->power_exponent, "Exponent of the power profile")
-      ->capture_default_str()
-      ->group(wind);
-  sub.add_option("--wind-model", command->wind_model,
-                 "stam: eq. 8 with unit variance and a wind spectrum; stam-printed: eq. 8 as printed, white")
-      ->check(CLI::IsMember({"stam", "stam-printed"}))
-      ->capture_default_str()
-      ->group(wind);
+  sub.add_option("--wind-model", command->wind, "The same")->group("");
+  command->wind_flags.add_to(sub, {.group = wind});
   sub.add_option("--correlation-time", command->correlation_time, "t_c of Stam's filter [s]")
       ->capture_default_str()
       ->group(wind);
   sub.add_option("--correlation-length", command->correlation_length, "d_c of Stam's filter [m]")
       ->capture_default_str()
       ->group(wind);
-  sub.add_option("--seed", command->seed,
-                 "Another seed gives another realisation of the same wind (0 or more)")
-      ->capture_default_str()
-      ->group(wind);
-
   const char* motion = "Motion";
   sub.add_option("--period", command->period, "Length of the loop [s]")->capture_default_str()->group(motion);
   sub.add_option("--fps", command->frames_per_second, "Frames per second [1/s]")
@@ -325,6 +326,20 @@ void add_animate(CLI::App& app) {
       ->group(motion);
   sub.add_option("--mass-damping", command->mass_damping,
                  "alpha of C = alpha M (Stam) instead of the ratio [1/s]")
+      ->group(motion);
+  sub.add_option("--stiffness-damping", command->stiffness_damping,
+                 "c of c omega^2 (Shinya & Fournier) instead of the ratio [s]")
+      ->group(motion);
+  sub.add_flag("--no-aerodynamic-damping", command->no_aerodynamic_damping,
+               "Only the damping of the wood; by default the wind damps what moves in it, too")
+      ->group(motion);
+  sub.add_option("--transfer", command->transfer,
+                 "bin-averaged: right variance for every period; sampled: as in the papers")
+      ->check(CLI::IsMember({"bin-averaged", "sampled"}))
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_flag("--no-static-correction", command->no_static_correction,
+               "Leave out the static shapes that stand for the modes beyond --modes")
       ->group(motion);
   sub.add_option("--loads", command->loads, "linearised: drag about the mean wind; paper: eq. 3 as printed")
       ->check(CLI::IsMember({"linearised", "paper"}))
@@ -339,7 +354,8 @@ void add_animate(CLI::App& app) {
   sub.footer(
       "Examples:\n"
       "  tremula animate tree.swc -o tree.glb\n"
-      "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --seed 3\n"
+      "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
+      "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command] { command->threads.run([&] { command->run(); }); });
 }
