@@ -57,12 +57,12 @@ struct Loop {
 Wind AnimateCommand::chosen_wind() const {
   if (wind == "turbulent") return wind_flags.wind();
   if (wind == "stam" || wind == "stam-printed") {
-    StamWind stam{.mean = wind_flags.mean_wind(),
-                  .turbulence_intensity =
-                      wind_flags.turbulence_intensity.value_or(default_turbulence_intensity),
-                  .correlation_time = correlation_time,
-                  .correlation_length = correlation_length,
-                  .seed = wind_flags.seed};
+    StamWind stam{
+        .mean = wind_flags.mean_wind(),
+        .turbulence_intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity),
+        .correlation_time = correlation_time,
+        .correlation_length = correlation_length,
+        .seed = wind_flags.seed};
     if (wind == "stam-printed") {
       stam.rows = StamRows::as_printed;
       stam.cutoff = 1e-4;  // its tails are not normalised away
@@ -303,9 +303,10 @@ void add_animate(CLI::App& app) {
       ->capture_default_str();
 
   const char* wind = "Wind";
-  sub.add_option("--wind", command->wind,
-                 "turbulent: gusts that travel (Shinya & Fournier, or --spectrum); stam: eq. 8 of Stam with unit "
-                 "variance and a spectrum; stam-printed: eq. 8 as printed, white; or a field FILE.bts (TurbSim)")
+  sub.add_option(
+         "--wind", command->wind,
+         "turbulent: gusts that travel (Shinya & Fournier, or --spectrum); stam: eq. 8 of Stam with unit "
+         "variance and a spectrum; stam-printed: eq. 8 as printed, white; or a field FILE.bts (TurbSim)")
       ->capture_default_str()
       ->group(wind);
   sub.add_option("--wind-model", command->wind, "The same")->group("");

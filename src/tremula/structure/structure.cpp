@@ -110,7 +110,7 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
   return structure;
 }
 
-EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement,
+EndDisplacements end_displacements(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
                                    int branch) {
   EndDisplacements ends{Vec3::Zero(), Vec3::Zero(), displacement.segment<3>(6 * branch),
                         displacement.segment<3>(6 * branch + 3)};

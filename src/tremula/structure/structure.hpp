@@ -80,7 +80,7 @@ Eigen::VectorXd displacement_from_compliance_form(const Structure& structure, co
 struct EndDisplacements {
   Vec3 start_translation, start_rotation, end_translation, end_rotation;
 };
-EndDisplacements end_displacements(const Structure& structure, const Eigen::VectorXd& displacement,
+EndDisplacements end_displacements(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
                                    int branch);
 
 // How the foot of a branch that stands on a root moves on its spring: translation and rotation of its start,
