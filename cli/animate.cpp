@@ -28,7 +28,7 @@ struct AnimateCommand {
   std::vector<std::string> outputs;
   WindFlags wind_flags;
   std::string wind = "turbulent", loads = "linearised", transfer = "bin-averaged";
-  double correlation_time = 1, correlation_length = 4;
+  std::optional<double> correlation_time, correlation_length;  // of StamWind
   double period = 20, frames_per_second = 30, damping_ratio = 0.05, reconfiguration_angle = 0.3;
   std::optional<double> mass_damping, stiffness_damping;
   bool no_aerodynamic_damping = false, no_static_correction = false;
@@ -55,13 +55,18 @@ struct Loop {
 };
 
 Wind AnimateCommand::chosen_wind() const {
+  const bool stam_wind = wind == "stam" || wind == "stam-printed";
+  if (!stam_wind && (correlation_time || correlation_length)) {
+    throw InputError(correlation_time ? "--correlation-time" : "--correlation-length",
+                     "given with --wind " + wind, "--wind stam or stam-printed, whose filter it sets");
+  }
   if (wind == "turbulent") return wind_flags.wind();
-  if (wind == "stam" || wind == "stam-printed") {
+  if (stam_wind) {
     StamWind stam{
         .mean = wind_flags.mean_wind(),
         .turbulence_intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity),
-        .correlation_time = correlation_time,
-        .correlation_length = correlation_length,
+        .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
+        .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
         .seed = wind_flags.seed};
     if (wind == "stam-printed") {
       stam.rows = StamRows::as_printed;
@@ -312,11 +317,12 @@ void add_animate(CLI::App& app) {
   sub.add_option("--wind-model", command->wind, "The same")->group("");
   command->wind_flags.add_to(sub, {.group = wind});
   sub.add_option("--correlation-time", command->correlation_time, "t_c of Stam's filter [s]")
-      ->capture_default_str()
+      ->default_str("1")
       ->group(wind);
   sub.add_option("--correlation-length", command->correlation_length, "d_c of Stam's filter [m]")
-      ->capture_default_str()
+      ->default_str("4")
       ->group(wind);
+
   const char* motion = "Motion";
   sub.add_option("--period", command->period, "Length of the loop [s]")->capture_default_str()->group(motion);
   sub.add_option("--fps", command->frames_per_second, "Frames per second [1/s]")

@@ -73,7 +73,14 @@ TEST(Program, RefusesBadUsageInOneLine) {
   expect_refused("animate sapling -o a.csv --damping-ratio 0", {"damping ratio", "above 0"});
   expect_refused("animate sapling -o a.csv --modes 0", {"mode count", "0"});
   expect_refused("animate sapling -o a.csv --turbulence-intensity -1", {"turbulence intensity", "-1"});
-  expect_refused("animate sapling -o a.csv --correlation-length 0", {"correlation length", "above 0"});
+  expect_refused("animate sapling -o a.csv --correlation-time 2", {"--correlation-time", "--wind stam"});
+  expect_refused("animate sapling -o a.csv --wind gale", {"--wind", "'gale'", ".bts"});
+  expect_refused("animate sapling -o a.csv --wind missing.bts", {"missing.bts"});
+  expect_refused("animate sapling -o a.csv --stiffness-damping 0", {"stiffness-proportional", "above 0"});
+  expect_refused("animate sapling -o a.csv --transfer exact", {"exact", "sampled"});
+  expect_refused("modes sapling --max-memory 1kB", {"memory limit", "at least"});
+  expect_refused("animate sapling -o a.csv --wind stam --correlation-length 0",
+                 {"correlation length", "above 0"});
   expect_refused("animate sapling -o a.csv --roughness-length 20", {"roughness length", "20"});
 }
 
@@ -243,7 +250,7 @@ TEST(Program, ReportSaysWhatWasDone) {
       0);
   const auto json = nlohmann::json::parse(contents(folder / "r.json"));
   EXPECT_EQ(json["settings"]["seed"], 9);
-  EXPECT_EQ(json["settings"]["wind_speed_m_s"], 5.0);
+  EXPECT_EQ(json["settings"]["wind_settings"]["wind_speed_m_s"], 5.0);
   EXPECT_EQ(json["settings"]["samples"], 90);
   EXPECT_EQ(json["frequencies_hz"].size(), 6U);
   EXPECT_GT(json["motion"]["largest_rms_m"].get<double>(), 0);
