@@ -3,8 +3,10 @@
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/fft.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <complex>
+#include <vector>
 
 #include <tbb/parallel_for.h>
 
@@ -42,20 +44,41 @@ Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const T
 Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& participation,
                          const TimeAxis& axis, const PointWind& wind,
                          const std::function<void(double done)>& progress) {
+  // The participation of a large plant is read from memory for every product: once for a few bins, then.
+  // Every group of bins is worked out by one thread in one order, so the threads do not show in the result.
+  constexpr int bins_together = 4;
+  const int first = wind.has_slow_gusts ? 0 : 1, count = axis.bin_count() - first;
   Eigen::MatrixXcd coordinates = Eigen::MatrixXcd::Zero(axis.bin_count(), participation.cols());
   std::atomic<int> bins_done = 0;
-  // Every bin is worked out by one thread in one order, so the threads do not show in the result.
-  tbb::parallel_for(wind.has_slow_gusts ? 0 : 1, axis.bin_count(), [&](int bin) {
-    const BinTransfer::Weights weights = transfer.weights(bin);
-    Eigen::MatrixXcd forces(participation.cols(), weights.draws());
-    for (int draw = 0; draw < weights.draws(); ++draw) {
-      const Eigen::Matrix3Xcd velocity = wind.velocity(bin, draw);
-      const Eigen::VectorXcd stacked = velocity.reshaped();
-      forces.col(draw).real().noalias() = participation.transpose() * stacked.real();
-      forces.col(draw).imag().noalias() = participation.transpose() * stacked.imag();
+  tbb::parallel_for(0, (count + bins_together - 1) / bins_together, [&](int group) {
+    const int begin = first + group * bins_together, end = std::min(begin + bins_together, axis.bin_count());
+    std::vector<BinTransfer::Weights> weights;
+    Eigen::Index draws = 0;
+    for (int bin = begin; bin < end; ++bin) {
+      weights.push_back(transfer.weights(bin));
+      draws += weights.back().draws();
     }
-    coordinates.row(bin) = transfer.respond(bin, weights, forces).transpose();
-    if (progress) progress(static_cast<double>(++bins_done) / axis.bin_count());
+    Eigen::MatrixXd gusts(participation.rows(), 2 * draws);  // real and imaginary parts, side by side
+    Eigen::Index column = 0;
+    for (int bin = begin; bin < end; ++bin) {
+      for (int draw = 0; draw < weights[static_cast<std::size_t>(bin - begin)].draws(); ++draw) {
+        const Eigen::Matrix3Xcd velocity = wind.velocity(bin, draw);
+        gusts.col(column++) = velocity.reshaped().real();
+        gusts.col(column++) = velocity.reshaped().imag();
+      }
+    }
+    const Eigen::MatrixXd parts = participation.transpose() * gusts;
+    column = 0;
+    for (int bin = begin; bin < end; ++bin) {
+      const BinTransfer::Weights& of_bin = weights[static_cast<std::size_t>(bin - begin)];
+      Eigen::MatrixXcd forces(participation.cols(), of_bin.draws());
+      for (Eigen::Index draw = 0; draw < of_bin.draws(); ++draw, column += 2) {
+        forces.col(draw).real() = parts.col(column);
+        forces.col(draw).imag() = parts.col(column + 1);
+      }
+      coordinates.row(bin) = transfer.respond(bin, of_bin, forces).transpose();
+      if (progress) progress(static_cast<double>(++bins_done) / count);
+    }
   });
   return coordinates;
 }
