@@ -83,6 +83,7 @@ Wind AnimateCommand::chosen_wind() const {
 Weather AnimateCommand::weather() const {
   Weather weather;
   weather.wind = chosen_wind();
+  if (structure.medium == "water") weather.loads.fluid_density = water_density;
   weather.loads.model = loads == "paper" ? LoadModel::paper : LoadModel::linearised;
   weather.reconfiguration.angle = reconfiguration_angle;
   weather.damping = {.ratio = damping_ratio,

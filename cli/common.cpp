@@ -147,6 +147,14 @@ void StructureFlags::add_to(CLI::App& command) {
   command.add_flag("--no-rotatory-inertia", no_rotatory_inertia, "Leave out the rotatory inertia of bending")
       ->group(group);
   command
+      .add_option(
+          "--medium", medium,
+          "air, or water: branches carry a cylinder of it with them, and drag is that of water (a current "
+          "is then the wind; try 0.5 m/s)")
+      ->check(CLI::IsMember({"air", "water"}))
+      ->capture_default_str()
+      ->group(group);
+  command
       .add_option("--root-rotation-stiffness", root_rotation_stiffness,
                   "Each stem stands on a spring of this rotational stiffness [N m/rad]; otherwise clamped")
       ->group(group);
@@ -168,6 +176,7 @@ StructureOptions StructureFlags::options() const {
   options.material.density = density.value_or(options.material.density);
   options.section = section == "paper" ? Section::paper : Section::exact;
   options.rotatory_inertia = !no_rotatory_inertia;
+  options.added_mass_density = medium == "water" ? water_density : 0;
   options.root.rotation = root_rotation_stiffness.value_or(options.root.rotation);
   options.root.translation = root_translation_stiffness.value_or(options.root.translation);
   check_material(options.material);
@@ -184,6 +193,7 @@ Json describe(const StructureOptions& options) {
           {"source", options.material.source},
           {"section", options.section == Section::paper ? "paper" : "exact"},
           {"rotatory_inertia", options.rotatory_inertia},
+          {"added_mass_density_kg_m3", options.added_mass_density},
           {"root_rotation_stiffness_n_m_rad", stiffness(options.root.rotation)},
           {"root_translation_stiffness_n_m", stiffness(options.root.translation)}};
 }

@@ -32,8 +32,10 @@ std::uint64_t peak_bytes();
 
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,
 // --root-rotation-stiffness, --root-translation-stiffness
+inline constexpr double water_density = 1000;  // [kg/m^3]
+
 struct StructureFlags {
-  std::string material = "green-wood", section = "exact";
+  std::string material = "green-wood", section = "exact", medium = "air";
   std::optional<double> youngs_modulus, shear_modulus, density;
   std::optional<double> root_rotation_stiffness, root_translation_stiffness;
   bool no_rotatory_inertia = false;

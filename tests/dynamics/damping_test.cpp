@@ -27,7 +27,7 @@ TEST(AerodynamicDamping, OfARowOfCylindersIsTheClosedForm) {
   const Material wood = find_material("birch");
   const Structure structure = assemble(stem, {.material = wood, .rotatory_inertia = false});
   const Loads loads = linearise_loads(stem, structure, steady({speed, 0, 0}, 24),
-                                      {.air_density = density, .branch_drag_coefficient = drag});
+                                      {.fluid_density = density, .branch_drag_coefficient = drag});
   const Modes modes = solve_modes(structure, {.count = 6});
   const Eigen::MatrixXd damping = aerodynamic_damping(stem, structure, loads, modes.shapes);
   const double along = density * drag * 2 * radius * speed / (wood.density * pi * radius * radius);

@@ -46,7 +46,7 @@ TEST(Loads, OfAUniformBranchAreStamsPrintedMatrix) {
       r_k * b1.transpose() * r_k.transpose(), -r_k * b2.transpose() * r_k.transpose();
   const Mat3 projection = Mat3::Identity() - d * d.transpose();
   const Eigen::Matrix<double, 12, 3> wanted =
-      options.air_density * options.branch_drag_coefficient * r * b * projection;
+      options.fluid_density * options.branch_drag_coefficient * r * b * projection;
   EXPECT_LT((loads.branches[0].per_velocity - wanted).norm(), 1e-13 * wanted.norm());
   EXPECT_EQ(loads.branches[0].mean.norm(), 0) << "the paper's load has no mean wind";
 }
@@ -152,7 +152,7 @@ TEST(ModalParticipation, IsTheWorkOfTheNodalForces) {
 
 TEST(Loads, RefuseNegativeCoefficients) {
   const OneBranch one(0.02);
-  EXPECT_THROW(one.loads({.air_density = -1}), InputError);
+  EXPECT_THROW(one.loads({.fluid_density = -1}), InputError);
   EXPECT_THROW(one.loads({.branch_drag_coefficient = -1}), InputError);
   EXPECT_THROW(one.loads({.leaf_drag_coefficient = -1}), InputError);
 }

@@ -189,5 +189,22 @@ TEST(Assemble, RefusesAMaterialThatIsNone) {
   EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, 0.1), {.material = {"m", -1, 1, 1, ""}}), InputError);
 }
 
+TEST(Structure, InAFluidBendingIsHeavierByTheFluidThatMovesAlongAndStretchingIsNot) {
+  const Skeleton stem = test::straight_stem(6, 2, 0.02, 0.02);
+  const StructureOptions dry{.material = wood, .rotatory_inertia = false};
+  StructureOptions wet = dry;
+  wet.added_mass_density = 1000;
+  const Structure in_air = assemble(stem, dry), in_water = assemble(stem, wet);
+  for (std::size_t k = 0; k < in_air.masses.size(); ++k) {
+    const double ratio = (wood.density + 1000) / wood.density;
+    EXPECT_LT((in_water.masses[k].bending - ratio * in_air.masses[k].bending).norm(),
+              1e-12 * in_water.masses[k].bending.norm());
+    EXPECT_EQ(in_water.masses[k].axial, in_air.masses[k].axial);
+    EXPECT_EQ(in_water.masses[k].torsion, in_air.masses[k].torsion);
+  }
+  wet.added_mass_density = -1;
+  EXPECT_THROW(assemble(stem, wet), InputError);
+}
+
 }  // namespace
 }  // namespace tremula

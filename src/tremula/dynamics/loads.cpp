@@ -37,7 +37,7 @@ void check_options(const LoadOptions& options) {
   const auto check = [](const char* what, double value) {
     if (!std::isfinite(value) || value < 0) throw InputError(what, std::to_string(value), "0 or more");
   };
-  check("air density", options.air_density);
+  check("fluid density", options.fluid_density);
   check("branch drag coefficient", options.branch_drag_coefficient);
   check("leaf drag coefficient", options.leaf_drag_coefficient);
   check("leaf lift coefficient", options.leaf_lift_coefficient);
@@ -93,14 +93,14 @@ Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, cons
     const Mat3 projection = Mat3::Identity() - direction * direction.transpose();
     BranchLoad load;
     const double mean_radius = 0.5 * (beam.start_radius + beam.end_radius);
-    const Drag per_diameter =
-        linearise(0.5 * options.air_density * options.branch_drag_coefficient, projection, mean_wind.col(k));
+    const Drag per_diameter = linearise(0.5 * options.fluid_density * options.branch_drag_coefficient,
+                                        projection, mean_wind.col(k));
     if (options.model == LoadModel::linearised) load.drag_per_diameter = per_diameter.per_velocity;
     for (const QuadraturePoint& point : quadrature) {
       const PointShape forces = beam.length * point.weight * point_shape(beam, direction, point.position);
       if (options.model == LoadModel::paper) {
         load.per_velocity +=
-            options.air_density * options.branch_drag_coefficient * mean_radius * forces * projection;
+            options.fluid_density * options.branch_drag_coefficient * mean_radius * forces * projection;
         continue;
       }
       const double diameter =
@@ -113,7 +113,7 @@ Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, cons
   if (options.model == LoadModel::paper) return loads;
   for (const Leaf& leaf : skeleton.leaves) {
     const auto index = static_cast<std::size_t>(leaf.branch);
-    const double half_rho_area = 0.5 * options.air_density * leaf.area;
+    const double half_rho_area = 0.5 * options.fluid_density * leaf.area;
     Drag drag = linearise(half_rho_area * options.leaf_drag_coefficient, Mat3::Identity(),
                           mean_wind.col(leaf.branch));
     add_lift(half_rho_area * options.leaf_lift_coefficient, leaf.normal, mean_wind.col(leaf.branch), drag);

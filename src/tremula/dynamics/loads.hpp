@@ -17,7 +17,7 @@ enum class LoadModel {
 
 struct LoadOptions {
   LoadModel model = LoadModel::linearised;
-  double air_density = 1.2;              // [kg/m^3] (S section 2)
+  double fluid_density = 1.2;            // of air [kg/m^3] (S section 2)
   double branch_drag_coefficient = 1.2;  // of a cylinder across the flow, on its diameter
   double leaf_drag_coefficient = 0.25;   // of foliage that folds in the wind, on one side of its area
   // Of a flat blade: a force C_L |u| (u . n) n along its normal n, whose part across the wind is lift. Blades

@@ -161,6 +161,16 @@ ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia) {
   return mass;
 }
 
+void add_fluid_mass(const Beam& beam, double density, ElementMass& element) {
+  if (density == 0) return;
+  for (const QuadraturePoint& point : quadrature_for(beam)) {
+    const Shape shape = shape_at(beam, point.position);
+    const double r = radius_at(beam, point.position);
+    element.bending +=
+        density * beam.length * point.weight * pi * r * r * shape.deflection * shape.deflection.transpose();
+  }
+}
+
 void add_point_mass(const Beam& beam, double s, double mass, ElementMass& element) {
   const Shape shape = shape_at(beam, s);
   element.axial += mass * shape.axial * shape.axial.transpose();

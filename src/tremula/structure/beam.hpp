@@ -71,6 +71,10 @@ struct ElementMass {
 };
 ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia);
 
+// The mass of the fluid that moves with the branch across its axis: density times the volume, by the same
+// shape functions, added to `element`. Nothing along the axis, nothing about it.
+void add_fluid_mass(const Beam& beam, double density, ElementMass& element);
+
 // A point mass on the axis at s, carried by the beam's shape functions.
 void add_point_mass(const Beam& beam, double s, double mass, ElementMass& element);
 

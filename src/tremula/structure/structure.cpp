@@ -88,6 +88,9 @@ void check_root(const RootSpring& spring) {
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
   check_material(options.material);
   check_root(options.root);
+  if (!std::isfinite(options.added_mass_density) || options.added_mass_density < 0) {
+    throw InputError("added mass density", std::to_string(options.added_mass_density), "0 kg/m^3 or more");
+  }
   Structure structure;
   for (int k = 0; k < skeleton.branch_count(); ++k) {
     const Branch& branch = skeleton.branches[index_of(k)];
@@ -102,6 +105,7 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
     }
     structure.compliances.push_back(compliance(structure.beams.back()));
     structure.masses.push_back(consistent_mass(structure.beams.back(), options.rotatory_inertia));
+    add_fluid_mass(structure.beams.back(), options.added_mass_density, structure.masses.back());
   }
   for (const Leaf& leaf : skeleton.leaves) {
     const std::size_t k = index_of(leaf.branch);

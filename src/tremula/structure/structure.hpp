@@ -34,6 +34,9 @@ struct StructureOptions {
   Section section = Section::exact;
   bool rotatory_inertia = true;  // of the sections about their diameters; that about the axis always counts
   RootSpring root = {};
+  // Of a fluid that moves with the branches across their axes [kg/m^3]: a cylinder of fluid as large as the
+  // branch (added mass, coefficient 1). Matters in water; 0 in air.
+  double added_mass_density = 0;
 };
 
 // One entry per branch in every array, parents before children. A branch on a spring is condensed into one
@@ -55,8 +58,8 @@ struct Structure {
 // Throws InputError unless both stiffnesses are above 0 (1e-100 is the least) or infinite.
 void check_root(const RootSpring& spring);
 
-// Throws InputError for a material or a root that is not one (check_material, check_root). The skeleton must
-// pass check_skeleton.
+// Throws InputError for a material or a root that is not one (check_material, check_root) or an added mass
+// below 0. The skeleton must pass check_skeleton.
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
 // M u.  (6N) -> (6N)
