@@ -2,7 +2,9 @@
 
 #include "plants.hpp"
 #include "tremula/dynamics/loads.hpp"
+#include "tremula/dynamics/modal_load_spectrum.hpp"
 #include "tremula/dynamics/response.hpp"
+#include "tremula/wind/wind_at_points.hpp"
 
 namespace tremula {
 namespace {
@@ -32,4 +34,36 @@ void respond_tree(benchmark::State& state) {
 BENCHMARK(respond_tree)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
+// The modal forces of one bin two ways: by a wind at the points, and from their cross-spectral matrix (worked
+// out, then one draw). Limits: a few 2-D FFTs of 4096 nodes and more; 6 N^2 (m + some) flops.
+void modal_forces_by_wind(benchmark::State& state) {
+  const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
+  const TurbulentWindAtPoints wind(turbulent_wind({}, 0.2), {20, 600}, load_points(skeleton));
+  const Eigen::MatrixXd participation = Eigen::MatrixXd::Random(3 * skeleton.branch_count(), 20);
+  for (auto _ : state) {
+    const Eigen::Matrix3Xcd velocity = wind.velocity(30);
+    benchmark::DoNotOptimize((participation.transpose() * velocity.reshaped()).eval());
+  }
+}
+BENCHMARK(modal_forces_by_wind)->Arg(17)->Arg(62)->Arg(212)->Arg(692)->Unit(benchmark::kMicrosecond);
+
+void modal_forces_directly(benchmark::State& state) {
+  const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
+  const Eigen::Matrix3Xd points = load_points(skeleton);
+  const TurbulentWind wind = turbulent_wind({}, 0.2);
+  const Eigen::MatrixXd participation = Eigen::MatrixXd::Random(3 * skeleton.branch_count(), 20);
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        draw_modal_forces(modal_load_spectrum(wind, points, participation, 1.5), 20, 1, 30));
+}
+BENCHMARK(modal_forces_directly)->Arg(17)->Arg(62)->Arg(212)->Arg(692)->Unit(benchmark::kMicrosecond);
+
+// Once the matrix is known, another realisation.
+void modal_forces_directly_again(benchmark::State& state) {
+  const Eigen::MatrixXcd root = Eigen::MatrixXcd::Random(20, 20);
+  const Eigen::MatrixXcd spectrum = root * root.adjoint();
+  for (auto _ : state) benchmark::DoNotOptimize(draw_modal_forces(spectrum, 20, 1, 30));
+}
+BENCHMARK(modal_forces_directly_again)->Unit(benchmark::kMicrosecond);
+
 }  // namespace tremula

@@ -17,6 +17,7 @@ enum class RandomStream : std::uint32_t {
   growth = 4,
   leaves = 5,
   lanczos_start = 6,
+  modal_loads = 7,
   test = 1000,
 };
 
