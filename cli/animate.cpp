@@ -31,6 +31,8 @@ struct AnimateCommand {
   std::optional<double> correlation_time, correlation_length;  // of StamWind
   double period = 20, frames_per_second = 30, damping_ratio = 0.05, reconfiguration_angle = 0.3;
   std::optional<double> mass_damping, stiffness_damping;
+  double leaf_drag_coefficient = LoadOptions{}.leaf_drag_coefficient,
+         leaf_lift_coefficient = LoadOptions{}.leaf_lift_coefficient;
   bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
   std::string frames;
@@ -84,6 +86,8 @@ Weather AnimateCommand::weather() const {
   Weather weather;
   weather.wind = chosen_wind();
   if (structure.medium == "water") weather.loads.fluid_density = water_density;
+  weather.loads.leaf_drag_coefficient = leaf_drag_coefficient;
+  weather.loads.leaf_lift_coefficient = leaf_lift_coefficient;
   weather.loads.model = loads == "paper" ? LoadModel::paper : LoadModel::linearised;
   weather.reconfiguration.angle = reconfiguration_angle;
   weather.damping = {.ratio = damping_ratio,
@@ -269,6 +273,8 @@ void AnimateCommand::run() const {
        {{"wind", wind},
         {"wind_settings", describe_wind(conditions.wind)},
         {"loads", loads},
+        {"leaf_drag_coefficient", leaf_drag_coefficient},
+        {"leaf_lift_coefficient", leaf_lift_coefficient},
         {"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
         {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
         {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
@@ -351,6 +357,14 @@ void add_animate(CLI::App& app) {
       ->group(motion);
   sub.add_option("--loads", command->loads, "linearised: drag about the mean wind; paper: eq. 3 as printed")
       ->check(CLI::IsMember({"linearised", "paper"}))
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--leaf-drag-coefficient", command->leaf_drag_coefficient,
+                 "Of foliage that folds in the wind, on one side of its area")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--leaf-lift-coefficient", command->leaf_lift_coefficient,
+                 "Of flat blades that stay as they are: a force along their normal")
       ->capture_default_str()
       ->group(motion);
   sub.add_option("--reconfiguration-angle", command->reconfiguration_angle,

@@ -144,6 +144,21 @@ TEST(Program, ModesAsJsonSayWhatEachModeIs) {
   }
 }
 
+TEST(Program, AFieldFromAFileDrivesAPlant) {
+  const test::TemporaryFolder folder;
+  const Outcome made =
+      run(folder, "wind --points 5x5 --size 6x6 --center-height 4 --steps 100 --step 0.1 -o f.bts");
+  ASSERT_EQ(made.code, 0) << made.messages;
+  const Outcome outcome = run(folder, "animate sapling --wind f.bts --period 10 --report r.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  const auto json = nlohmann::json::parse(std::ifstream(folder / "r.json"));
+  EXPECT_EQ(json["settings"]["wind_settings"]["points"], (nlohmann::json{5, 5}));
+  EXPECT_GT(json["motion"]["largest_rms_m"].get<double>(), 0);
+  const Outcome longer = run(folder, "animate sapling --wind f.bts --period 20 --report s.json");
+  EXPECT_EQ(longer.code, 2);
+  EXPECT_THAT(longer.messages, testing::HasSubstr("at most the 10 s"));
+}
+
 TEST(Program, AStemOnASoftSpringSwaysSlower) {
   const test::TemporaryFolder folder;
   const auto modes = [&](const std::string& flags) {

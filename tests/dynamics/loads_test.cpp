@@ -157,5 +157,38 @@ TEST(Loads, RefuseNegativeCoefficients) {
   EXPECT_THROW(one.loads({.leaf_drag_coefficient = -1}), InputError);
 }
 
+TEST(Loads, OfAFlatBladeHaveALiftAcrossTheWindAndTheSlopeOfTheirOwnMean) {
+  // Normal force C_L rho/2 A |u| (u . n) n: at 45 degrees half of it is lift, and central differences of the
+  // mean load give the load per velocity.
+  Skeleton skeleton = test::straight_stem(1, 1, 0.01, 0.01);
+  Leaf leaf;
+  leaf.branch = 0;
+  leaf.position = 1;
+  leaf.base = Vec3(0, 0, 1);
+  leaf.normal = Vec3(1, 0, 1).normalized();
+  leaf.axis = Vec3::UnitY();
+  leaf.length = leaf.width = 0.2;
+  leaf.area = 0.03;
+  leaf.mass = 0.001;
+  skeleton.leaves.push_back(leaf);
+  const Structure structure = assemble(skeleton, {.material = wood});
+  const LoadOptions options{
+      .branch_drag_coefficient = 0, .leaf_drag_coefficient = 0, .leaf_lift_coefficient = 0.7};
+  const auto loads_in = [&](const Vec3& wind) { return linearise_loads(skeleton, structure, wind, options); };
+  const Vec3 wind(5, 0, 0);
+  const Loads loads = loads_in(wind);
+  const double size = 0.5 * 1.2 * 0.7 * 0.03 * 5 * (5 * std::sqrt(0.5));
+  const Vec3 at_tip = loads.branches[0].mean.segment<3>(6);
+  EXPECT_LT((at_tip - size * leaf.normal).norm(), 1e-12);
+  EXPECT_NEAR(at_tip.z(), size * std::sqrt(0.5), 1e-12);  // lift
+  const double step = 1e-5;
+  for (int c = 0; c < 3; ++c) {
+    const Vec3 change = step * Vec3::Unit(c);
+    const Eigen::VectorXd slope =
+        (loads_in(wind + change).branches[0].mean - loads_in(wind - change).branches[0].mean) / (2 * step);
+    EXPECT_LT((slope - loads.branches[0].per_velocity.col(c)).norm(), 1e-8) << c;
+  }
+}
+
 }  // namespace
 }  // namespace tremula
