@@ -54,7 +54,7 @@ void add_grow(CLI::App& app) {
       "Examples:\n"
       "  tremula grow --list\n"
       "  tremula grow oak -o oak.swc --seed 7\n"
-      "  tremula grow my_plant.lsys -o plant.swc --set height=4\n");
+      "  tremula grow my_plant.lsys -o plant.swc --set nodes=20\n");
   sub.callback([command] { command->run(); });
 }
 

@@ -32,22 +32,5 @@ tremula modes stam-62 --plot docs/figures/modes.svg > /dev/null
 tremula wind --model iec-kaimal --speed 12 --reference-height 90 --profile power:0.2 --points 51x51 --size 145x145 \
   --center-height 90 --plot docs/figures/wind.svg
 
-refresh() {  # document
-  local line command fenced= skipping=
-  while IFS= read -r line; do
-    if [[ $line == '```'* ]]; then
-      if [ -n "$fenced" ]; then fenced=; else fenced=1; fi
-      skipping=
-    elif [[ -n $fenced && $line == '$ '* ]]; then
-      printf '%s\n' "$line"
-      command=${line#'$ '}
-      (cd "$work" && eval "${command/#build\/developer/$build}") < /dev/null
-      skipping=1
-      continue
-    fi
-    [ -n "$skipping" ] || printf '%s\n' "$line"
-  done < "$1" > "$work/document"
-  cmp -s "$work/document" "$1" || cp "$work/document" "$1"
-}
-for document in README.md docs/guide/*.md; do refresh "$document"; done
+node scripts/run_docs.mjs --refresh "$build"
 ls -l docs/figures/*
