@@ -65,7 +65,7 @@ function missing(command) {
 const number = /[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?/gi;
 const unshared = /seconds|bytes|_s\b.*_MB|"(setup|solve|check|quality)"|residual|error_bound/;
 
-// Half a unit of the last digit printed, and rounding of another compiler.
+// Within a unit of the last digit printed, where another compiler may round the other way.
 function agree(wanted, found) {
   const a = Number(wanted), b = Number(found);
   if (Math.abs(a) < 1e-9 && Math.abs(b) < 1e-9) return true;
