@@ -71,7 +71,8 @@ TEST(CoherentPlane, CoversThePlaneWithUnitPowerWhateverThePhases) {
   plane.set_coherences({CoherenceDecay{0.1, 0.2}, CoherenceDecay{0.5, 0.3}}, 1, 1, work);
   for (std::uint32_t bin = 0; bin < 5; ++bin) {
     for (const int which : {0, 1}) {
-      plane.draw(Amplitudes::phases_only, 3, RandomStream::test, bin, which, work);
+      plane.draw({.amplitudes = Amplitudes::phases_only, .seed = 3, .stream = RandomStream::test, .bin = bin},
+                 which, work);
       double power = 0;
       for (int r = 0; r < 16; ++r) {
         for (int c = 0; c < 24; ++c) {

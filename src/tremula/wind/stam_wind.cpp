@@ -60,8 +60,8 @@ Eigen::Matrix3Xcd StamWindAtPoints::velocity(int bin, int draw) const {
       2 * std::numbers::pi * frequency * wind_.correlation_time / wind_.correlation_length;  // [1/m]
   const auto [filtered, squared_weights] = filter_.apply(decay, wind_.cutoff, noise);
 
-  const Vec3 along = heading_direction(wind_.mean), across(-along[1], along[0], 0);
   for (Eigen::Index k = 0; k < count; ++k) {
+    const Vec3 along = heading_direction(wind_.mean, heights_[k]), across(-along[1], along[0], 0);
     Vec3 amplitude = Vec3::Ones();
     if (!as_printed) {
       if (speeds_[k] <= 0) continue;
