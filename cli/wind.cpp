@@ -2,6 +2,7 @@
 // what they should be.
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/io/vti.hpp"
@@ -24,12 +25,6 @@
 
 namespace tremula::cli {
 namespace {
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 void warn(const std::string& message) { std::cerr << "tremula: warning: " << message << '\n'; }
 
@@ -64,7 +59,7 @@ std::array<T, 2> parse_pair(const char* flag, const std::string& text, T least, 
 // Numbers beyond could not be told apart, or would be nothing or infinite, in the single precision of files.
 void check_range(const char* flag, double value, const char* unit) {
   if (value >= 1e-9 && value <= 1e9) return;
-  throw InputError(flag, number(value), std::string("above 0 ") + unit + " (1e-9 to 1e9)");
+  throw InputError(flag, number_text(value), std::string("above 0 ") + unit + " (1e-9 to 1e9)");
 }
 
 // Field and half of a component, in single precision; the rest is small beside it.
@@ -74,8 +69,8 @@ void check_memory(const std::string& points, double point_count, int steps) {
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   if (wanted <= present) return;
   throw InputError("--points " + points + " with " + std::to_string(steps) + " steps",
-                   number(std::ceil(wanted / 1e8) / 10) + " GB of memory",
-                   "at most the " + number(std::floor(present / 1e8) / 10) + " GB of this machine");
+                   number_text(std::ceil(wanted / 1e8) / 10) + " GB of memory",
+                   "at most the " + number_text(std::floor(present / 1e8) / 10) + " GB of this machine");
 }
 
 std::vector<CLI::Option*> GridFlags::add_to(CLI::App& command) {
@@ -119,8 +114,8 @@ WindGrid GridFlags::grid(double reference_height) const {
   check_range("--center-height", center, "m");
   grid.bottom = center - 0.5 * height;
   if (!(grid.bottom > 0)) {
-    throw InputError("--center-height " + number(center) + " of " + number(height) + " m",
-                     "lowest row at " + number(grid.bottom) + " m", "above the ground");
+    throw InputError("--center-height " + number_text(center) + " of " + number_text(height) + " m",
+                     "lowest row at " + number_text(grid.bottom) + " m", "above the ground");
   }
 
   if (step) check_range("--step", *step, "s");
@@ -134,16 +129,16 @@ WindGrid GridFlags::grid(double reference_height) const {
   } else if (period) {
     const double count = *period / grid.step;
     if (!(count < 1e9 && std::abs(count - std::round(count)) < 1e-6 * count && count > 0.5)) {
-      throw InputError("--period " + number(*period) + " at " + number(grid.step) + " s a step",
-                       number(count) + " steps", "a whole number of them");
+      throw InputError("--period " + number_text(*period) + " at " + number_text(grid.step) + " s a step",
+                       number_text(count) + " steps", "a whole number of them");
     }
     grid.step_count = static_cast<int>(std::lround(count));
   }
   if (tower && tower_points_above_ground(grid) < 2) {
-    throw InputError(
-        "--tower",
-        "a lowest row at " + number(grid.bottom) + " m, " + number(grid.z_spacing) + " m between rows",
-        "room for a point below it: a higher --center-height");
+    throw InputError("--tower",
+                     "a lowest row at " + number_text(grid.bottom) + " m, " + number_text(grid.z_spacing) +
+                         " m between rows",
+                     "room for a point below it: a higher --center-height");
   }
   check_memory(points,
                static_cast<double>(grid.point_count()) + (tower ? tower_points_above_ground(grid) : 0),
@@ -196,33 +191,34 @@ void advise(const TurbulentWind& wind, const WindGrid& grid, const SynthesisRepo
     const double low = wind.mean.table.front().height, high = wind.mean.table.back().height,
                  top = grid.z(grid.z_count - 1);
     if (grid.bottom < low || top > high) {
-      warn("the grid reaches from " + number(grid.bottom) + " to " + number(top) + " m, the profile from " +
-           number(low) + " to " + number(high) + " m: beyond it the wind is that of its first or last row");
+      warn("the grid reaches from " + number_text(grid.bottom) + " to " + number_text(top) +
+           " m, the profile from " + number_text(low) + " to " + number_text(high) +
+           " m: beyond it the wind is that of its first or last row");
     }
   }
   const double intensity = turbulence_intensity_of(wind);
   if (intensity > 0.4) {
-    warn("turbulence intensity " + number(intensity) +
+    warn("turbulence intensity " + number_text(intensity) +
          ": above 0.4 the wind blows backwards at times, and gusts are no longer carried by one mean speed");
   }
   const std::size_t row = row_nearest(grid, wind.mean.reference_height);
   const double resolved = report.resolved_share[0][row];
   if (resolved < 0.6 && resolved > 0 && match == Match::spectrum) {
-    warn("a loop of " + number(grid.period()) + " s at " + number(grid.step) + " s a step holds " +
-         number(std::round(100 * resolved)) + " % of the variance of u at " +
-         number(grid.z(static_cast<int>(row))) +
+    warn("a loop of " + number_text(grid.period()) + " s at " + number_text(grid.step) + " s a step holds " +
+         number_text(std::round(100 * resolved)) + " % of the variance of u at " +
+         number_text(grid.z(static_cast<int>(row))) +
          " m; more: a longer --period, or --match variance, hub or points");
   }
   const bool log_law = wind.mean.profile == ProfileKind::logarithmic;
   if (log_law && wind.mean.speed > 0 && mean_speed(wind.mean, grid.bottom) == 0) {
-    warn("there is no wind in the lowest row, at " + number(grid.bottom) +
+    warn("there is no wind in the lowest row, at " + number_text(grid.bottom) +
          " m: the profile begins at displacement and roughness length, " +
-         number(wind.mean.displacement + wind.mean.roughness_length) + " m");
+         number_text(wind.mean.displacement + wind.mean.roughness_length) + " m");
   }
   const double error =
       std::max({report.coherence_error[0], report.coherence_error[1], report.coherence_error[2]});
   if (error > 0.03)
-    warn("the root-coherence is up to " + number(error) + " off the model's at low frequency");
+    warn("the root-coherence is up to " + number_text(error) + " off the model's at low frequency");
 }
 
 FieldWithOrigin read_field(const WindCommand& command, StageLog& log) {
@@ -252,8 +248,9 @@ FieldWithOrigin synthesise_field(const WindCommand& command, StageLog& log) {
                                  .progress = [&](double done) { log.progress("synthesis", done); }};
   SynthesisReport report;
   FieldWithOrigin made{.field = synthesise_wind(wind, grid, options, &report),
-                       .title = command.wind.spectrum_name() + ", " + number(wind.mean.speed) + " m/s at " +
-                                number(wind.mean.reference_height) + " m, seed " + std::to_string(wind.seed),
+                       .title = command.wind.spectrum_name() + ", " + number_text(wind.mean.speed) +
+                                " m/s at " + number_text(wind.mean.reference_height) + " m, seed " +
+                                std::to_string(wind.seed),
                        .text = {},
                        .flags = command.wind,
                        .wind = wind,

@@ -1,6 +1,7 @@
 #include "wind_flags.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/io/profile_table.hpp"
 #include "tremula/io/spectrum_table.hpp"
 
@@ -184,7 +185,6 @@ void WindFlags::add_to(CLI::App& command, bool with_heading) {
       "Another seed gives another realisation of the same wind (0 or more); one seed the same gusts, "
       "stronger "
       "or weaker, at other speeds")
-      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
 
@@ -196,7 +196,7 @@ MeanWind WindFlags::mean_wind() const {
   if (parsed.kind != ProfileKind::power && power_exponent)
     without_effect("--power-exponent", "--profile power");
   if (parsed.exponent && power_exponent && *parsed.exponent != *power_exponent) {
-    throw InputError("--power-exponent", std::to_string(*power_exponent) + " beside --profile " + profile,
+    throw InputError("--power-exponent", number_text(*power_exponent) + " beside --profile " + profile,
                      "one exponent");
   }
   MeanWind mean{
@@ -266,7 +266,7 @@ TurbulentWind WindFlags::wind() const {
       turbulent_wind(mean, model ? intensity(mean) : 0, model.value_or(SpectrumKind::simiu_scanlan));
   if (!model) wind.spectrum = spectrum_from_file(spectrum);
   const auto checked = [](const char* flag, double value) {
-    if (!(value >= 0 && value <= 10)) throw InputError(flag, std::to_string(value), "0 to 10");
+    if (!(value >= 0 && value <= 10)) throw InputError(flag, number_text(value), "0 to 10");
     return value;
   };
   Vec3 deviation = spectrum_variance(wind.spectrum).cwiseSqrt();

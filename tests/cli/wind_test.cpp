@@ -338,7 +338,7 @@ TEST(Wind, RefusesInOneLineAndLeavesNoFile) {
   expect_refused("wind a.bts --plot b.png", good, "'.png', wanted .svg");
   expect_refused("wind b.bts --report r.json", good, "b.bts: cannot be opened");
   expect_refused("wind a.bts -o b.bts --report r.json --bands 0", good,
-                 "bands per decade: 0.000000, wanted 1 to 1000");
+                 "bands per decade: 0, wanted 1 to 1000");
   expect_refused("wind a.bts --plot r.svg --separations 0", good,
                  "separation across: 0 cells, wanted 1 or more");
   expect_refused("wind a.bts --report r.json", good.substr(0, 100), "a.bts: 100 bytes, wanted 265");
@@ -393,7 +393,7 @@ TEST(Wind, RefusesInOneLineAndLeavesNoFile) {
   expect_no_field("--profile power --turbulence-intensity 0.1 --terrain open",
                   "--terrain: given with --profile");
   expect_no_field("--canopy-decay 1", "--canopy-decay: given without a canopy");
-  expect_no_field("--sigma-ratio-v -1", "--sigma-ratio-v: -1.000000, wanted 0 to 10");
+  expect_no_field("--sigma-ratio-v -1", "--sigma-ratio-v: -1, wanted 0 to 10");
   expect_no_field("--turbulence-intensity-w nan", "--turbulence-intensity-w: nan, wanted 0 to 10");
   expect_no_field("--sigma-ratio-w 1 --turbulence-intensity-w 0.1", "excludes");
   expect_no_field("--covariance-uw -9", "covariance of u and w: -9 m^2/s^2, wanted at most 0.");
@@ -531,6 +531,24 @@ TEST(Wind, WarnsOfAFieldWithoutWindOrWithoutGusts) {
               HasSubstr("warning: a field of one step"));
   EXPECT_THAT(run(folder, "wind --points 2x2 --steps 64 --wind-speed 0 -o a.bts").messages,
               HasSubstr("warning: a wind speed of 0"));
+}
+
+TEST(Animate, TakesTheWindOfTheSameFlagsAndNames) {
+  const test::TemporaryFolder folder;
+  write(folder / "mast.csv", "height_m,speed_m_s,heading_deg\n0,0,30\n2,3,20\n10,8,0\n");
+  const auto settings = [&](const std::string& flags) {
+    const Outcome outcome =
+        run(folder, "animate stam-17 --period 4 --fps 8 --modes 4 --report r.json " + flags);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    return json::parse(contents(folder / "r.json")).at("settings").at("wind_settings");
+  };
+  const json own = settings("--profile mast.csv --sigma-ratio-v 0.5 --covariance-uw -0.2 --model Von-Karman");
+  EXPECT_EQ(own.at("spectrum"), "von-karman");
+  EXPECT_EQ(own.at("wind_speed_m_s"), 8);
+  EXPECT_EQ(own.at("covariance_uw_m2_s2"), -0.2);
+  EXPECT_NEAR(own.at("deviation_m_s").at("v"), 0.5 * 0.2 * 8, 1e-12);
+  EXPECT_EQ(own.at("profile_table").size(), 3U);
+  EXPECT_EQ(settings("--speed 4 --model iec-kaimal"), settings("--wind-speed 4 --spectrum IEC-KAIMAL"));
 }
 
 }  // namespace

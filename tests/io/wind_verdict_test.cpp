@@ -26,7 +26,8 @@ struct Judged {
 };
 
 Judged judged(const WindField& field, const TurbulentWind& wanted) {
-  Judged result{.report = {.title = "", .statistics = field_statistics(field)}};
+  Judged result;
+  result.report.statistics = field_statistics(field);
   result.report.targets = wind_targets(wanted, field.grid, result.report.statistics);
   result.verdict = judge_wind(field, result.report);
   return result;

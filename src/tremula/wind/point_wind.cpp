@@ -1,6 +1,7 @@
 #include "tremula/wind/point_wind.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/wind/field_at_points.hpp"
 #include "tremula/wind/wind_at_points.hpp"
 
@@ -78,7 +79,7 @@ PointWind at_points(const OwnWind& wind, const TimeAxis& loop, const Eigen::Matr
   if (!wind.at_points) throw InputError("own wind", "no function at_points", "one");
   if (!std::isfinite(wind.speed) || wind.speed < 0 || !std::isfinite(wind.heading)) {
     throw InputError("own wind",
-                     "speed " + std::to_string(wind.speed) + ", heading " + std::to_string(wind.heading),
+                     "speed " + number_text(wind.speed) + ", heading " + number_text(wind.heading),
                      "0 m/s or more and an angle in degrees");
   }
   PointWind own = wind.at_points(loop, points);
@@ -94,7 +95,7 @@ PointWind at_points(const OwnWind& wind, const TimeAxis& loop, const Eigen::Matr
     own.power = [power = std::move(own.power)](double omega) {
       const double value = power(omega);
       if (!std::isfinite(value) || value <= 0)
-        throw InputError("own wind: power", std::to_string(value), "a finite number above 0");
+        throw InputError("own wind: power", number_text(value), "a finite number above 0");
       return value;
     };
   }

@@ -1,6 +1,7 @@
 #include "tremula/wind/profile.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -52,18 +53,16 @@ void check_table(const MeanWind& wind) {
     const auto& [height, speed, turn] = table[i];
     const bool rises = i == 0 ? height >= 0 : height > table[i - 1].height;
     if (!rises || !std::isfinite(height))
-      throw InputError("height in the profile", std::to_string(height),
-                       "0 m or more, and above the row before");
+      throw InputError("height in the profile", number_text(height), "0 m or more, and above the row before");
     if (!(speed >= 0 && speed <= 100))
-      throw InputError("speed in the profile", std::to_string(speed), "0 to 100 m/s");
+      throw InputError("speed in the profile", number_text(speed), "0 to 100 m/s");
     if (!std::isfinite(turn))
-      throw InputError("turn in the profile", std::to_string(turn), "an angle in degrees");
+      throw InputError("turn in the profile", number_text(turn), "an angle in degrees");
   }
   if (wind.canopy_height > 0)
-    throw InputError("canopy height", std::to_string(wind.canopy_height),
-                     "none beside a profile as measured");
+    throw InputError("canopy height", number_text(wind.canopy_height), "none beside a profile as measured");
   if (wind.speed > 0 && table_speed(table, wind.reference_height) <= 0) {
-    throw InputError("reference height", std::to_string(wind.reference_height),
+    throw InputError("reference height", number_text(wind.reference_height),
                      "a height where the profile as measured has wind");
   }
 }
@@ -72,7 +71,7 @@ void check_table(const MeanWind& wind) {
 
 void check_mean_wind(const MeanWind& wind) {
   const auto check = [](bool good, const char* what, double value, const char* wanted) {
-    if (!good || !std::isfinite(value)) throw InputError(what, std::to_string(value), wanted);
+    if (!good || !std::isfinite(value)) throw InputError(what, number_text(value), wanted);
   };
   check(wind.speed >= 0 && wind.speed <= 100, "wind speed", wind.speed, "0 to 100 m/s");
   check(wind.reference_height > 0, "reference height", wind.reference_height, "a height above 0 m");

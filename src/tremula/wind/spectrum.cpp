@@ -1,6 +1,7 @@
 #include "tremula/wind/spectrum.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -117,7 +118,7 @@ std::string name_of(SpectrumKind kind) {
 
 SpectrumModel spectrum_model(SpectrumKind kind, const MeanWind& mean, double turbulence_intensity) {
   if (!(turbulence_intensity >= 0 && turbulence_intensity <= 2)) {
-    throw InputError("turbulence intensity", std::to_string(turbulence_intensity), "0 to 2");
+    throw InputError("turbulence intensity", number_text(turbulence_intensity), "0 to 2");
   }
   const double deviation = turbulence_intensity * mean.speed;
   const double lambda = 0.7 * std::min(mean.reference_height, 60.0);
@@ -142,7 +143,7 @@ SpectrumModel table_spectrum(SpectrumTable table) {
 
 void check_spectrum(const SpectrumModel& model) {
   const auto check = [](bool good, const char* what, double value, const char* wanted) {
-    if (!good || !std::isfinite(value)) throw InputError(what, std::to_string(value), wanted);
+    if (!good || !std::isfinite(value)) throw InputError(what, number_text(value), wanted);
   };
   for (int c = 0; c < 3; ++c)
     check(model.power_factor[c] >= 0, "factor of a spectrum", model.power_factor[c], "0 or more");

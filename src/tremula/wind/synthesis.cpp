@@ -1,6 +1,7 @@
 #include "tremula/wind/synthesis.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/coherent_plane.hpp"
@@ -438,7 +439,7 @@ void turn_with_height(const MeanWind& mean, const Lattice& lattice, WindField& f
 
 void check_options(const TurbulentWind& wind, const WindGrid& grid, const SynthesisOptions& options) {
   if (!(options.padding_tolerance > 0 && options.padding_tolerance < 1)) {
-    throw InputError("padding tolerance", std::to_string(options.padding_tolerance), "between 0 and 1");
+    throw InputError("padding tolerance", number_text(options.padding_tolerance), "between 0 and 1");
   }
   if (options.tower_count < 0 || options.tower_count > tower_points_above_ground(grid)) {
     throw InputError("points of the tower", std::to_string(options.tower_count),
@@ -449,9 +450,9 @@ void check_options(const TurbulentWind& wind, const WindGrid& grid, const Synthe
   const double above = (wind.mean.reference_height - grid.bottom) / grid.z_spacing;
   if (options.match == Match::hub && !(above >= -0.5 && above <= grid.z_count - 0.5)) {
     throw InputError("match at the hub",
-                     "a reference height of " + std::to_string(wind.mean.reference_height) + " m",
-                     "one within the grid, " + std::to_string(grid.bottom) + " to " +
-                         std::to_string(grid.z(grid.z_count - 1)) + " m");
+                     "a reference height of " + number_text(wind.mean.reference_height) + " m",
+                     "one within the grid, " + number_text(grid.bottom) + " to " +
+                         number_text(grid.z(grid.z_count - 1)) + " m");
   }
 }
 
@@ -477,7 +478,7 @@ int tower_points_above_ground(const WindGrid& grid) {
 
 void check_wind_grid(const WindGrid& grid) {
   const auto check = [](bool good, const char* what, double value, const char* wanted) {
-    if (!good || !std::isfinite(value)) throw InputError(what, std::to_string(value), wanted);
+    if (!good || !std::isfinite(value)) throw InputError(what, number_text(value), wanted);
   };
   check(grid.y_count >= 1, "points across the wind", grid.y_count, "1 or more");
   check(grid.z_count >= 1, "points above each other", grid.z_count, "1 or more");

@@ -1,19 +1,13 @@
 #include "tremula/wind/turbulent_wind.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace tremula {
 namespace {
-
-std::string rounded(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
-}
 
 double most_covariance(const TurbulentWind& wind) {
   const double height = std::max(wind.mean.reference_height, lowest_spectrum_height);
@@ -24,7 +18,7 @@ void check_covariance(const TurbulentWind& wind) {
   const double wanted = wind.covariance_uw;
   if (wanted == 0) return;
   const auto refuse = [wanted](const std::string& why) {
-    throw InputError("covariance of u and w", rounded(wanted) + " m^2/s^2", why);
+    throw InputError("covariance of u and w", number_text(wanted) + " m^2/s^2", why);
   };
   if (wind.amplitudes == Amplitudes::phases_only) refuse("none where amplitudes are phases only");
   if (wind.coherence.iec_for_u_only && wind.coherence.kind == CoherenceKind::iec)
@@ -32,8 +26,9 @@ void check_covariance(const TurbulentWind& wind) {
   const double most = most_covariance(wind);
   if (std::isfinite(wanted) && std::abs(wanted) <= most) return;
   const Vec3 deviation = spectrum_variance(wind.spectrum).cwiseSqrt();
-  refuse("at most " + rounded(most) + " in size, which these spectra allow (their deviations multiply to " +
-         rounded(deviation[0] * deviation[2]) + ")");
+  refuse("at most " + number_text(most) +
+         " in size, which these spectra allow (their deviations multiply to " +
+         number_text(deviation[0] * deviation[2]) + ")");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tremula/wind/wind_at_points.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/numerics/vector_math.hpp"
 #include "tremula/wind/coherent_plane.hpp"
 
@@ -213,11 +214,11 @@ TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const Ti
   check_turbulent_wind(wind);
   if (!(axis.period > 0) || !std::isfinite(axis.period) || axis.sample_count < 1) {
     throw InputError("loop",
-                     std::to_string(axis.period) + " s and " + std::to_string(axis.sample_count) + " samples",
+                     number_text(axis.period) + " s and " + std::to_string(axis.sample_count) + " samples",
                      "a period above 0 s and 1 sample or more");
   }
   if (!(options.resolution > 0 && options.resolution <= 10)) {
-    throw InputError("resolution of the wind at points", std::to_string(options.resolution),
+    throw InputError("resolution of the wind at points", number_text(options.resolution),
                      "above 0, up to 10");
   }
   if (options.largest_plane < 0) {
