@@ -322,7 +322,7 @@ void add_animate(CLI::App& app) {
       ->capture_default_str()
       ->group(wind);
   sub.add_option("--wind-model", command->wind, "The same")->group("");
-  command->wind_flags.add_to(sub, {.group = wind});
+  command->wind_flags.add_to(sub, true);
   sub.add_option("--correlation-time", command->correlation_time, "t_c of Stam's filter [s]")
       ->default_str("1")
       ->group(wind);

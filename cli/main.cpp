@@ -42,7 +42,7 @@ int run(int argc, char** argv) {
       "  tremula animate tree.swc -o tree.glb           a looping tree for Blender or a game engine\n"
       "  tremula animate oak -o oak.html                a grown oak that plays in any browser\n"
       "  tremula modes scan.mat --count 20              natural frequencies of a laser-scanned tree\n"
-      "  tremula wind --speed 8 -o gusts.bts            a turbulent wind field, --plot shows how good it is\n"
+      "  tremula wind --wind-speed 8 -o gusts.bts       a turbulent wind field, --plot shows how good it is\n"
       "  tremula COMMAND --help                         all options of a command, with examples\n");
   tremula::cli::add_animate(app);
   tremula::cli::add_modes(app);

@@ -23,9 +23,9 @@ TurbulentWind wind_without_chance(SpectrumKind kind) {
 
 TEST(WindTargets, AreWhatAFieldOfThatWindMeasures) {
   for (const SpectrumKind kind : {SpectrumKind::simiu_scanlan, SpectrumKind::von_karman}) {
-    for (const bool match : {false, true}) {
+    for (const Match match : {Match::spectrum, Match::variance}) {
       const TurbulentWind wind = wind_without_chance(kind);
-      const WindField field = synthesise_wind(wind, grid, {.match_variance = match});
+      const WindField field = synthesise_wind(wind, grid, {.match = match});
       const FieldStatistics measured = field_statistics(field, {.bands_per_decade = 4});
       const WindTargets targets = wind_targets(wind, grid, measured, match);
       ASSERT_EQ(targets.mean.y.size(), 5U);
@@ -54,7 +54,7 @@ TEST(WindTargets, AreWhatAFieldOfThatWindMeasures) {
 TEST(WindTargets, MatchedInVarianceHaveTheDeviationOfTheModel) {
   const TurbulentWind wind = wind_without_chance(SpectrumKind::iec_kaimal);
   const FieldStatistics measured = field_statistics(synthesise_wind(wind, grid));
-  const WindTargets matched = wind_targets(wind, grid, measured, true);
+  const WindTargets matched = wind_targets(wind, grid, measured, Match::variance);
   const WindTargets resolved = wind_targets(wind, grid, measured);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_NEAR(matched.deviation[0].y[i], 0.2 * 8, 1e-9);

@@ -22,8 +22,6 @@ struct GivenWind {
   double heading = 0;  // where its x axis points to, as MeanWind::heading [degrees]
 };
 
-using Wind = std::variant<TurbulentWind, StamWind, GivenWind>;
-
 // A wind at fixed points and for one loop. Coefficients in the convention of StamWindAtPoints.
 struct PointWind {
   Eigen::Matrix3Xd mean;  // (3 x N) [m/s]
@@ -36,7 +34,18 @@ struct PointWind {
   std::vector<std::string> warnings = {};
 };
 
-// points (3 x N) [m], z above the ground. Throws InputError for a wind that cannot be.
+// A wind of your own: a function that gives it at any points (3 x N) [m], z above the ground, for any loop.
+// What it returns is checked: sizes when it is made, and that every coefficient is finite when it is drawn.
+struct OwnWind {
+  std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points;
+  double speed = 0;    // mean, for captions and reports [m/s]
+  double heading = 0;  // as MeanWind::heading [degrees]
+};
+
+using Wind = std::variant<TurbulentWind, StamWind, GivenWind, OwnWind>;
+
+// points (3 x N) [m], z above the ground. Throws InputError for a wind that cannot be; so does the velocity
+// of an OwnWind that gives numbers that are none.
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points);
 
 }  // namespace tremula
