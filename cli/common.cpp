@@ -64,9 +64,10 @@ void ReadFlags::add_to(CLI::App& command) {
       ->check(CLI::IsMember({"m", "cm", "mm", "ft"}))
       ->group(group);
   command
-      .add_flag("--allow-gaps", allow_gaps,
-                "Bridge any gap in a tree file by a rigid arm: between a branch and a parent far away, and from "
-                "a piece without parent to the nearest branch")
+      .add_flag(
+          "--allow-gaps", allow_gaps,
+          "Bridge any gap in a tree file by a rigid arm: between a branch and a parent far away, and from "
+          "a piece without parent to the nearest branch")
       ->group(group);
 }
 

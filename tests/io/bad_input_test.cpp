@@ -40,8 +40,7 @@ const std::vector<BadText> bad_anywhere = {
      "tree: nothing but blank lines and comments, wanted a plant"},
     {"AnotherTable", "# x\n1 2 3\n",
      "tree:2: 3 columns beginning with 1 (a point cloud is no tree model yet), " + wanted_tables},
-    {"Prose", "hello\n",
-     "tree:1: 1 column beginning with hello, " + wanted_tables},
+    {"Prose", "hello\n", "tree:1: 1 column beginning with hello, " + wanted_tables},
     {"AVeryLongLineOfGarbage", std::string(100000, '\x01'),
      "tree:1: 1 column beginning with ????????????????????????????????????????..., " + wanted_tables},
     {"BinaryData", std::string("1 1 0 0 0 1 -1\n\0", 16),
@@ -203,7 +202,11 @@ const std::vector<BadText> foreign = {
     {"AnXmlFile", "<?xml version='1.0'?>", "an XML file"},
     {"AGzipFile", "\x1F\x8B\x08", "packed with gzip"},
     {"AZipFile", "PK\x03\x04", "a zip archive"},
-    {"ATableInUtf16", std::string("\xFF\xFE" "1\0 \0", 6), "text in UTF-16, wanted text in UTF-8"},
+    {"ATableInUtf16",
+     std::string("\xFF\xFE"
+                 "1\0 \0",
+                 6),
+     "text in UTF-16, wanted text in UTF-8"},
 };
 
 class ForeignFile : public testing::TestWithParam<BadText> {};
@@ -271,9 +274,10 @@ TEST(MatFile, IsRejectedWithoutCylinders) {
   variables.push_back(test::mat_array("k1", 3, 1, {1, 2, 3}));
   variables.push_back(test::mat_text("note", "no tree"));
   test::save_mat(folder / "tree.mat", std::move(variables));
-  EXPECT_EQ(complaint_about(folder / "tree.mat"),
-            "tree.mat: a MATLAB file that holds k1 (numbers), note (text), wanted a TreeQSM model: a struct QSM "
-            "with a field cylinder, a struct cylinder, or the arrays Rad Len Sta Axe CPar");
+  EXPECT_EQ(
+      complaint_about(folder / "tree.mat"),
+      "tree.mat: a MATLAB file that holds k1 (numbers), note (text), wanted a TreeQSM model: a struct QSM "
+      "with a field cylinder, a struct cylinder, or the arrays Rad Len Sta Axe CPar");
 }
 
 TEST(MatFile, IsRejectedWhereAFieldIsMissing) {

@@ -112,10 +112,12 @@ TEST(ReadCylinderTable, ReadsByNameWhateverTheOrderAndTheQuotes) {
            "note,extension,parent,axis.z,axis.y,axis.x,start.z,start.y,start.x,length,radius\n"
            "trunk,2,0,1,0,0,0,0,0,1,0.05\n,0,1,1,0,0,1,0,0,1,0.04\nNA,0,1,0,0,1,1,0,0,0.5,0.02\n",
            // write.csv of R, with its row names
-           "\"\",\"radius\",\"length\",\"start.1\",\"start.2\",\"start.3\",\"axis.1\",\"axis.2\",\"axis.3\",\"parent\"\n"
+           "\"\",\"radius\",\"length\",\"start.1\",\"start.2\",\"start.3\",\"axis.1\",\"axis.2\",\"axis.3\","
+           "\"parent\"\n"
            "\"1\",0.05,1,0,0,0,0,0,1,0\n\"2\",0.04,1,0,0,1,0,0,1,1\n\"3\",0.02,0.5,0,0,1,1,0,0,1\n",
            // write.table of R: the row names have no name
-           "\"radius\" \"length\" \"start.x\" \"start.y\" \"start.z\" \"axis.x\" \"axis.y\" \"axis.z\" \"parent\"\n"
+           "\"radius\" \"length\" \"start.x\" \"start.y\" \"start.z\" \"axis.x\" \"axis.y\" \"axis.z\" "
+           "\"parent\"\n"
            "\"1\" 0.05 1 0 0 0 0 0 1 0\n\"2\" 0.04 1 0 0 1 0 0 1 1\n\"3\" 0.02 0.5 0 0 1 1 0 0 1\n",
            // TreeQSM's own names
            "radius (m)\tlength (m)\tstart_point\taxis_direction\tparent\textension\n"
@@ -130,11 +132,11 @@ TEST(ReadCylinderTable, ReadsTheTablesOfOtherPrograms) {
   expect_small_tree(read_text("startX,startY,startZ,endX,endY,endZ,cyl_ID,parent_ID,extension_ID,radius_cyl\n"
                               "0,0,0,0,0,1,1,0,2,0.05\n0,0,1,0,0,2,2,1,0,0.04\n0,0,1,0.5,0,1,3,1,0,0.02\n"),
                     "archi-table");
-  expect_small_tree(
-      read_text("start_x,start_y,start_z,axis_x,axis_y,axis_z,end_x,end_y,end_z,id,parent,radius,raw_radius,length\n"
-                "0,0,0,0,0,1,0,0,1,1,0,0.05,0.1,1\n0,0,1,0,0,1,0,0,2,2,1,0.04,0.1,1\n"
-                "0,0,1,1,0,0,0.5,0,1,3,1,0.02,0.1,0.5\n"),
-      "rtwig-table");
+  expect_small_tree(read_text("start_x,start_y,start_z,axis_x,axis_y,axis_z,end_x,end_y,end_z,id,parent,"
+                              "radius,raw_radius,length\n"
+                              "0,0,0,0,0,1,0,0,1,1,0,0.05,0.1,1\n0,0,1,0,0,1,0,0,2,2,1,0.04,0.1,1\n"
+                              "0,0,1,1,0,0,0.5,0,1,3,1,0.02,0.1,0.5\n"),
+                    "rtwig-table");
   // From the node of the row towards its parent's; the foot (node 7) has no row.
   expect_small_tree(read_text(",p1,p2,sx,sy,sz,ax,ay,az,radius,length\n"
                               "0,8,7,0,0,1,0,0,-1,0.05,1\n1,9,8,0,0,2,0,0,-1,0.04,1\n"
@@ -143,10 +145,10 @@ TEST(ReadCylinderTable, ReadsTheTablesOfOtherPrograms) {
 }
 
 TEST(ReadRaycloudTree, ReadsTheFirstTreeOfAFile) {
-  const ImportedSkeleton imported =
-      read_text("# Tree file\nheight,x,y,z,radius,parent_id,red\n"
-                "2,0,0,0,0.1,-1,7, 0,0,1,0.05,0,7, 0,0,2,0.04,1,7, 0.5,0,1,0.02,1,7\n"
-                "2,5,0,0,0.1,-1,7, 5,0,1,0.05,0,7\n");
+  const ImportedSkeleton imported = read_text(
+      "# Tree file\nheight,x,y,z,radius,parent_id,red\n"
+      "2,0,0,0,0.1,-1,7, 0,0,1,0.05,0,7, 0,0,2,0.04,1,7, 0.5,0,1,0.02,1,7\n"
+      "2,5,0,0,0.1,-1,7, 5,0,1,0.05,0,7\n");
   EXPECT_EQ(imported.format, "raycloud-tree");
   EXPECT_EQ(test::count_of(imported, "first_of_several"), 1u);
   ASSERT_EQ(imported.skeleton.branch_count(), 3);

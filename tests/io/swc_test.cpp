@@ -230,8 +230,7 @@ TEST(ReadSwc, KeepsRootsNearTheGroundAndJoinsHigherOnes) {
 }
 
 TEST(ReadSwc, ReadsEveryDialectAsThePlainFile) {
-  const Skeleton expected =
-      read_text("1 1 0 0 0 0.5 -1\n2 3 0 0 2 0.25 1\n3 3 1 0 3 0.125 2\n").skeleton;
+  const Skeleton expected = read_text("1 1 0 0 0 0.5 -1\n2 3 0 0 2 0.25 1\n3 3 1 0 3 0.125 2\n").skeleton;
   for (const char* text : {
            "1 1 0 0 0 0.5 -1 # the foot\n2 3 0 0 2 0.25 1\n3 3 1 0 3 0.125 2 #tip\n",
            "id,type,x,y,z,radius,parent\n1,1,0,0,0,0.5,-1\n2,3,0,0,2,0.25,1\n3,3,1,0,3,0.125,2\n",

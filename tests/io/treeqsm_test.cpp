@@ -249,9 +249,11 @@ TEST(ReadTreeQsmMat, ReadsCylindersWithoutTheModelAroundThem) {
 TEST(ReadTreeQsmMat, ReadsTheFirstModelOfACellArray) {
   const TemporaryFolder folder;
   std::size_t dimensions[] = {1, 2};
-  test::MatVariable cell(Mat_VarCreate("QSMs", MAT_C_CELL, MAT_T_CELL, 2, dimensions, nullptr, 0), Mat_VarFree);
+  test::MatVariable cell(Mat_VarCreate("QSMs", MAT_C_CELL, MAT_T_CELL, 2, dimensions, nullptr, 0),
+                         Mat_VarFree);
   for (int i = 0; i < 2; ++i) {
-    Mat_VarSetCell(cell.get(), i, test::mat_model("", test::mat_cylinder_fields(random_table(10 + i, 3))).release());
+    Mat_VarSetCell(cell.get(), i,
+                   test::mat_model("", test::mat_cylinder_fields(random_table(10 + i, 3))).release());
   }
   std::vector<test::MatVariable> variables;
   variables.push_back(std::move(cell));

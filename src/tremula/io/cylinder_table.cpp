@@ -116,8 +116,8 @@ ImportedSkeleton read_cylinder_table(std::string_view text, const std::string& p
   model.parent_name = name_of(columns.parent);
   model.missing_parent_is_ground = columns.towards_parent;
 
-  std::size_t count = 0;         // of columns
-  std::size_t before = 0;        // R's row names stand before the first column that has a name
+  std::size_t count = 0;          // of columns
+  std::size_t before = 0;         // R's row names stand before the first column that has a name
   std::vector<double> row_names;  // NaN where one is no number
   while (lines.next(line)) {
     if (line.empty() || line[0] == '#') continue;
@@ -126,12 +126,14 @@ ImportedSkeleton read_cylinder_table(std::string_view text, const std::string& p
     if (model.cylinders.empty()) {
       // A header may stop early: TreeQSM's names are followed by more columns than they say in some versions.
       const std::size_t named = header.plain.size();
-      const bool stops_early = named >= 9 && (fields.count == 15 || fields.count == 17) && fields.count > named;
+      const bool stops_early =
+          named >= 9 && (fields.count == 15 || fields.count == 17) && fields.count > named;
       before = fields.count == named + 1 && !stops_early;
       count = stops_early ? fields.count : named + before;
     }
     if (fields.count != count) {
-      throw InputError(row.place(), counted(fields.count, "column"), std::to_string(count) + " as in the header");
+      throw InputError(row.place(), counted(fields.count, "column"),
+                       std::to_string(count) + " as in the header");
     }
     if (model.cylinders.size() == most_branches) {
       throw InputError(row.place(), "yet another cylinder", "at most " + std::to_string(most_branches));
@@ -149,10 +151,11 @@ ImportedSkeleton read_cylinder_table(std::string_view text, const std::string& p
     cylinder.place = lines.number;
     cylinder.radius = row.number(at(columns.radius), name_of(columns.radius).c_str());
     cylinder.start = vector(columns.start);
-    cylinder.end = all(columns.end) ? vector(columns.end)
-                                    : end_by_axis(model, cylinder,
-                                                  row.number(at(columns.length), name_of(columns.length).c_str()),
-                                                  vector(columns.axis));
+    cylinder.end =
+        all(columns.end)
+            ? vector(columns.end)
+            : end_by_axis(model, cylinder, row.number(at(columns.length), name_of(columns.length).c_str()),
+                          vector(columns.axis));
     if (columns.towards_parent) std::swap(cylinder.start, cylinder.end);
     check_cylinder(model, cylinder);
     cylinder.parent = is_nothing(fields.at[at(columns.parent)])

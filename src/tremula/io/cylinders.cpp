@@ -17,8 +17,8 @@ constexpr int no_parent = -1;
 
 // A way of reading the numbers of parents.
 struct Counting {
-  int from;                // the number of the first cylinder
-  double root;             // what a cylinder without parent has
+  int from;                         // the number of the first cylinder
+  double root;                      // what a cylinder without parent has
   bool first_names_itself = false;  // besides, the first may
 };
 
@@ -106,7 +106,7 @@ std::vector<int> parents_by_number(CylinderModel& model) {
   constexpr Other others[] = {
       {{0, -1}, "parents count cylinders from 0, and -1 is none: so they were read"},
       {{1, -1}, "parents count cylinders from 1, and -1 is none: so they were read"},
-      {{0, 0, true}, "parents count cylinders from 0, and the first names itself: so they were read"},
+      {{0, -1, true}, "parents count cylinders from 0, and the first names itself: so they were read"},
   };
   for (const Other& other : others) {
     const auto parents = parents_counted(model, other.counting);
@@ -131,11 +131,11 @@ std::vector<int> parents_by_id(const CylinderModel& model, const ReadOptions& op
     const int parent = whole ? index.find(static_cast<long long>(number)) : -1;
     if (parent < 0 && !std::isnan(number) && number != -1 && !(number == 0 && zero_is_none) &&
         !model.missing_parent_is_ground && !options.allow_gaps) {
-      throw InputError(
-          place(model, cylinder),
-          model.parent_name + " is " + shown(number) + ", and no row has that " + model.id_name +
-              " (were rows taken out?)",
-          "-1 or the " + model.id_name + " of a cylinder in this file, or --allow-gaps to join what it carried");
+      throw InputError(place(model, cylinder),
+                       model.parent_name + " is " + shown(number) + ", and no row has that " + model.id_name +
+                           " (were rows taken out?)",
+                       "-1 or the " + model.id_name +
+                           " of a cylinder in this file, or --allow-gaps to join what it carried");
     }
     parents.push_back(parent);
   }
@@ -196,8 +196,8 @@ ImportedSkeleton to_skeleton(CylinderModel model, const std::string& format, con
   tree.branches.reserve(model.cylinders.size());
   for (std::size_t k = 0; k < parents.size(); ++k) {
     const Cylinder& cylinder = model.cylinders[k];
-    RawBranch branch{cylinder.start,  cylinder.end, cylinder.radius, cylinder.radius,
-                     parents[k], 0,            cylinder.place};
+    RawBranch branch{cylinder.start, cylinder.end, cylinder.radius, cylinder.radius, parents[k], 0,
+                     cylinder.place};
     if (branch.parent < 0) {
       branch.root = static_cast<int>(tree.roots.size());
       tree.roots.push_back(cylinder.start);

@@ -36,7 +36,9 @@ constexpr std::array signatures = {
     Signature{"PK\x03\x04", {"a zip archive (also .xlsx and .npz are)", unpacked}},
     Signature{"\x1F\x8B", {"a file packed with gzip (also R's .rds are)", unpacked}},
     Signature{"BZh", {"a file packed with bzip2", unpacked}},
-    Signature{"\xFD" "7zXZ", {"a file packed with xz", unpacked}},
+    Signature{"\xFD"
+              "7zXZ",
+              {"a file packed with xz", unpacked}},
     Signature{"RDX", {"an R data file", "a table: write.csv(cylinder, ...)"}},
     Signature{"\x93NUMPY", {"a NumPy array", "a table of text"}},
     Signature{"\xFF\xFE", {"text in UTF-16", "text in UTF-8"}},
@@ -49,7 +51,8 @@ constexpr std::array signatures = {
 bool is_binary_stl(std::string_view bytes) {
   if (bytes.size() < 134 || (bytes.size() - 84) % 50 != 0) return false;
   std::uint32_t triangles = 0;
-  for (std::size_t i = 0; i < 4; ++i) triangles |= std::uint32_t{static_cast<unsigned char>(bytes[80 + i])} << (8 * i);
+  for (std::size_t i = 0; i < 4; ++i)
+    triangles |= std::uint32_t{static_cast<unsigned char>(bytes[80 + i])} << (8 * i);
   return triangles == (bytes.size() - 84) / 50;
 }
 
@@ -65,7 +68,8 @@ Kind kind_of_text(std::string_view text) {
     if (++looked_at == 1) {
       if (word.starts_with('{') || word.starts_with('['))
         return {"a JSON file", "a table: of treegraph's models, the cylinders (cyls) written as CSV"};
-      if (word.starts_with('<')) return {"an XML file", "a tree as a table of cylinders or nodes, or an L-system (.lsys)"};
+      if (word.starts_with('<'))
+        return {"an XML file", "a tree as a table of cylinders or nodes, or an L-system (.lsys)"};
       if (word == "solid" && text.substr(0, 65536).find("facet") != std::string_view::npos)
         return {"an STL file: a mesh is no tree model", a_model};
     }

@@ -1,5 +1,5 @@
-// Files that people take for trees, or that hold what a tree can be made from, but that are none: meshes, point
-// clouds, plants in other languages, packed files.
+// Files that people take for trees, or that hold what a tree can be made from, but that are none: meshes,
+// point clouds, plants in other languages, packed files.
 #pragma once
 
 #include <string>

@@ -121,11 +121,9 @@ std::string inflate_element(std::string_view packed, bool big_endian, std::size_
   if (load<std::uint32_t>(out.data(), big_endian) >> 16 != 0) return out;  // a small element is whole
   const std::size_t size = load<std::uint32_t>(out.data() + 4, big_endian);
   if (tag + size > budget || tag + size > std::max(always_inflated, most_times_packed * packed.size())) {
-    throw InputError(where,
-                     std::to_string(packed.size()) + " bytes that unpack to " + std::to_string(size),
-                     "at most " +
-                         std::to_string(std::min(budget, std::max(always_inflated,
-                                                                  most_times_packed * packed.size()))));
+    throw InputError(where, std::to_string(packed.size()) + " bytes that unpack to " + std::to_string(size),
+                     "at most " + std::to_string(std::min(
+                                      budget, std::max(always_inflated, most_times_packed * packed.size()))));
   }
   out.resize(tag + size);
   fill();

@@ -1,7 +1,7 @@
-// Tree files of raycloudtools and treetools: a line of names, x y z radius parent_id and others, then one tree
-// a line, its segments one after the other. A segment is the cylinder from its parent's position to its own;
-// the first, without parent (-1), is the foot. Names before x belong to the tree, not to its segments. Of
-// several trees the first is read, and a repair says so.
+// Tree files of raycloudtools and treetools: a line of names, x y z radius parent_id and others, then one
+// tree a line, its segments one after the other. A segment is the cylinder from its parent's position to its
+// own; the first, without parent (-1), is the foot. Names before x belong to the tree, not to its segments.
+// Of several trees the first is read, and a repair says so.
 #pragma once
 
 #include "tremula/io/skeleton_files.hpp"

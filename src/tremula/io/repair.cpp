@@ -252,12 +252,13 @@ void check_join(const RawTree& tree, const std::vector<int>& piece, const Join& 
   const RawBranch& own = tree.branches[piece.front()];
   const RawBranch& carrier = tree.branches[join.carrier];
   const double skin = std::max(carrier.start_radius, carrier.end_radius) + own.start_radius;
-  const double most = skin + loose_radii * own.start_radius + loose_share * reach_outwards(tree, join.root, piece);
+  const double most =
+      skin + loose_radii * own.start_radius + loose_share * reach_outwards(tree, join.root, piece);
   if (join.distance <= most) return;
-  throw InputError(place(tree, piece.front()),
-                   "has no parent, stands in the air and is " + rounded(join.distance) +
-                       " m from the nearest branch",
-                   "at most " + rounded(most) + " m for a piece of its size, or --allow-gaps to join it all the same");
+  throw InputError(
+      place(tree, piece.front()),
+      "has no parent, stands in the air and is " + rounded(join.distance) + " m from the nearest branch",
+      "at most " + rounded(most) + " m for a piece of its size, or --allow-gaps to join it all the same");
 }
 
 // Joins every piece on a root that is not clamped to the nearest branch of the tree, starting with the piece
@@ -378,9 +379,10 @@ void check_gaps(RawTree& tree, const std::vector<int>& kept, const Standing& sta
                        "--allow-gaps to bridge them all the same");
     }
   }
-  note(tree.repairs, "far_from_parent", far.size(),
-       "segment starts far from its parent and is carried by a rigid arm, at " + list_distances(tree, far),
-       "segments start far from their parents and are carried by rigid arms, at " + list_distances(tree, far));
+  note(
+      tree.repairs, "far_from_parent", far.size(),
+      "segment starts far from its parent and is carried by a rigid arm, at " + list_distances(tree, far),
+      "segments start far from their parents and are carried by rigid arms, at " + list_distances(tree, far));
 }
 
 // Metres for what the file says in another unit.
@@ -466,7 +468,8 @@ Skeleton as_it_stands(const RawTree& tree, const std::vector<int>& order) {
   }
   const std::vector<char> clamped(tree.roots.size(), 1);
   Skeleton skeleton = build(
-      tree, order, standing, clamped, [&](int k) { return standing.parent[k]; }, CarrierRule::end, 0, new_index);
+      tree, order, standing, clamped, [&](int k) { return standing.parent[k]; }, CarrierRule::end, 0,
+      new_index);
   skeleton.leaves = tree.leaves;
   for (Leaf& leaf : skeleton.leaves) leaf.branch = new_index[leaf.branch];
   skeleton.origin = tree.origin;
@@ -517,7 +520,8 @@ ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule car
   const int base = find_base(tree, pieces);
   const std::vector<char> clamped = clamped_roots(tree, pieces, base, box);
   const auto stems = static_cast<std::size_t>(std::count(clamped.begin(), clamped.end(), 1));
-  if (stems > 1) note(tree.repairs, "several_roots", stems, "", "stems stand on the ground, each clamped at its foot");
+  if (stems > 1)
+    note(tree.repairs, "several_roots", stems, "", "stems stand on the ground, each clamped at its foot");
   recentre(tree, base, box);
   const std::vector<Join> joins = join_loose_pieces(tree, pieces, clamped, options.allow_gaps, most_visits);
   note_joins(tree, pieces, joins);

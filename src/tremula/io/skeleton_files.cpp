@@ -24,7 +24,8 @@ ImportedSkeleton read_by_names(const TableHeader& header, std::string_view text,
   if (names_samples(header)) return read_swc(text, path, options);
   if (names_segments(header)) return read_raycloud_tree(text, path, options);
   if (names_cylinders(header)) return read_cylinder_table(text, path, options);
-  throw InputError(place, counted(header.plain.size(), "column") + " beginning with " + shown(header.shown[0]),
+  throw InputError(place,
+                   counted(header.plain.size(), "column") + " beginning with " + shown(header.shown[0]),
                    known_tables);
 }
 

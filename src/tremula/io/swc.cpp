@@ -154,7 +154,8 @@ SwcFile parse(std::string_view text, const std::string& path) {
       continue;
     }
     const std::string_view samples = line.substr(0, line.find('#'));
-    const Fields fields = columns.delimiter == 0 ? split_at_blanks(samples) : split_row(samples, columns.delimiter);
+    const Fields fields =
+        columns.delimiter == 0 ? split_at_blanks(samples) : split_row(samples, columns.delimiter);
     const Row row{path, lines.number, fields};
     if (columns.count == 0) columns.count = fields.count == 8 || fields.count == 12 ? fields.count : 7;
     if (fields.count != columns.count) {

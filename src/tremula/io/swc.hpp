@@ -14,8 +14,8 @@
 // comments may mean anything. Such a file is read as it stands: nothing in it is mended.
 //
 // Of other programs' files: a line of names may stand above the samples, with or without #; without, columns
-// are found by it. Rows may have 8 or 12 columns (eswc), of which the first seven count, and end in a comment.
-// A parent of 0 is none where no sample has the id 0.
+// are found by it. Rows may have 8 or 12 columns (eswc), of which the first seven count, and end in a
+// comment. A parent of 0 is none where no sample has the id 0.
 #pragma once
 
 #include "tremula/io/skeleton_files.hpp"

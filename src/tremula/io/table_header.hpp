@@ -17,9 +17,9 @@ namespace tremula {
 bool is_table_header(std::string_view line);
 
 struct TableHeader {
-  char delimiter = ' ';             // ',', ';', tab, or ' ' for runs of blanks
-  std::vector<std::string> shown;   // the names as they stand, without quotes
-  std::vector<std::string> plain;   // small letters and digits of them: start.x, startX and start_x are one
+  char delimiter = ' ';            // ',', ';', tab, or ' ' for runs of blanks
+  std::vector<std::string> shown;  // the names as they stand, without quotes
+  std::vector<std::string> plain;  // small letters and digits of them: start.x, startX and start_x are one
 
   // The first column that has one of these plain names.
   std::optional<std::size_t> find(std::initializer_list<std::string_view> names) const;

@@ -99,9 +99,10 @@ Arrays find_arrays(const MatlabFile& file, std::vector<Repair>& repairs) {
     }
     if (any) return arrays;
   }
-  throw InputError(file.path, "a MATLAB file that holds " + contents(file),
-                   "a TreeQSM model: a struct QSM with a field cylinder, a struct cylinder, or the arrays Rad "
-                   "Len Sta Axe CPar");
+  throw InputError(
+      file.path, "a MATLAB file that holds " + contents(file),
+      "a TreeQSM model: a struct QSM with a field cylinder, a struct cylinder, or the arrays Rad "
+      "Len Sta Axe CPar");
 }
 
 }  // namespace
