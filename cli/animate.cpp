@@ -8,6 +8,7 @@
 #include "tremula/io/pose_table.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/render/render.hpp"
+#include "tremula/structure/plausibility.hpp"
 
 #include <charconv>
 #include <cmath>
@@ -36,6 +37,7 @@ struct AnimateCommand {
   bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
   std::string frames;
+  ReadFlags read;
   StructureFlags structure;
   ThreadsFlag threads;
 
@@ -226,7 +228,7 @@ void AnimateCommand::run() const {
   StageLog log;
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
   log.begin("read");
-  const Plant plant = open_plant(input);
+  const Plant plant = open_plant(input, read);
   log.finish();
   print_warnings(plant);
 
@@ -235,7 +237,7 @@ void AnimateCommand::run() const {
   BakeOptions options = bake_options;
   if (mode_count > 6 * skeleton.branch_count()) options.modes.count = all_modes;
   const Subject subject = bake(skeleton, options, progress);
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = plausibility(skeleton, options.structure, subject.modes.frequency[0]);
   const Motion motion = set_in_motion(subject, conditions, progress, &warnings);
   log.finish();
 
@@ -371,6 +373,7 @@ void add_animate(CLI::App& app) {
                  "Rotation at which bending out of the wind has cut the drag to a quarter [rad]; 0: never")
       ->capture_default_str()
       ->group(motion);
+  command->read.add_to(sub);
   command->structure.add_to(sub);
   command->threads.add_to(sub);
   sub.footer(

@@ -30,7 +30,7 @@ struct GrowCommand {
     if (output.empty()) throw InputError("grow", "no output", "-o FILE.swc");
     if (lower_extension(output) != ".swc")
       throw InputError("-o " + output, "'" + lower_extension(output) + "'", ".swc");
-    const Plant plant = open_plant(input, seed, constants);
+    const Plant plant = open_plant(input, {}, seed, constants);
     write_swc(plant.imported.skeleton, output, plant.imported.colors);
     const Skeleton& skeleton = plant.imported.skeleton;
     std::cerr << "tremula: " << output << ": " << skeleton.branch_count() << " branches, "

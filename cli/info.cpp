@@ -1,6 +1,7 @@
 // tremula info: what is in a file, in numbers.
 
 #include "tremula/io/turbsim.hpp"
+#include "tremula/structure/plausibility.hpp"
 
 #include <cmath>
 #include <cstdio>
@@ -50,9 +51,11 @@ TowerStatistics tower_statistics(const WindField& field) {
 
 struct InfoCommand {
   std::string input, format = "table";
+  ReadFlags read;
 
   void run() const {
     if (lower_extension(input) == ".bts") {
+      read.refuse_for(input);
       run_on_wind();
     } else {
       run_on_plant();
@@ -64,14 +67,17 @@ struct InfoCommand {
 };
 
 void InfoCommand::run_on_plant() const {
-  const Plant plant = open_plant(input);
-  const Json json = describe(plant);
+  const Plant plant = open_plant(input, read);
+  const std::vector<std::string> warnings = plausibility(plant.imported.skeleton, {});
+  print_warnings(warnings);
+  Json json = describe(plant);
+  json["warnings"] = warnings;
   if (format == "json") {
     std::cout << json.dump(1) << '\n';
     return;
   }
   for (const auto& [key, value] : json.items()) {
-    if (key == "repairs") continue;
+    if (key == "repairs" || key == "warnings") continue;
     std::cout << key << std::string(key.size() < 16 ? 16 - key.size() : 1, ' ')
               << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
   }
@@ -158,6 +164,7 @@ void add_info(CLI::App& app) {
   sub.add_option("--format", command->format, "table or json")
       ->check(CLI::IsMember({"table", "json"}))
       ->capture_default_str();
+  command->read.add_to(sub);
   sub.footer(
       "Examples:\n"
       "  tremula info scan.mat\n"

@@ -4,6 +4,7 @@
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/modes_plot.hpp"
 #include "tremula/modes/mode_quality.hpp"
+#include "tremula/structure/plausibility.hpp"
 
 #include <cstdio>
 #include <iostream>
@@ -21,6 +22,7 @@ struct ModesCommand {
   double tolerance = ModeOptions{}.tolerance;
   std::string method = "automatic";
   std::size_t memory_limit = ModeOptions{}.memory_limit;
+  ReadFlags read;
   StructureFlags structure;
   ThreadsFlag threads;
 
@@ -73,7 +75,8 @@ std::string as_csv(const Found& found) {
   return text;
 }
 
-Json as_json(const Found& found, const StructureOptions& structure, const Json& seconds) {
+Json as_json(const Found& found, const StructureOptions& structure, const Json& seconds,
+             const std::vector<std::string>& warnings) {
   const auto& [plant, modes, quality] = found;
   const int branches = plant.imported.skeleton.branch_count();
   const Eigen::MatrixX3d mass = quality.effective_mass(), share = quality.effective_mass_share();
@@ -105,6 +108,7 @@ Json as_json(const Found& found, const StructureOptions& structure, const Json& 
           {"count_by_inertia", modes.count_by_inertia},
           {"operator_count", modes.operator_count},
           {"repairs", describe(plant)["repairs"]},
+          {"warnings", warnings},
           {"seconds", seconds},
           {"peak_bytes", peak_bytes()}};
 }
@@ -119,7 +123,7 @@ void ModesCommand::run() const {
   }
   StageLog log;
   log.begin("read");
-  const Plant plant = open_plant(input);
+  const Plant plant = open_plant(input, read);
   log.finish();
   print_warnings(plant);
   const Skeleton& skeleton = plant.imported.skeleton;
@@ -153,11 +157,13 @@ void ModesCommand::run() const {
     const std::string picture =
         plot.empty() ? "" : plot_modes(skeleton, modes, quality, {.title = plant.name});
     log.finish();
+    const std::vector<std::string> warnings = plausibility(skeleton, options, modes.frequency[0]);
+    print_warnings(warnings);
 
     const Found found{plant, modes, quality};
     const Json seconds = {
         {"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
-    const std::string text = format == "json"  ? as_json(found, options, seconds).dump(1) + '\n'
+    const std::string text = format == "json"  ? as_json(found, options, seconds, warnings).dump(1) + '\n'
                              : format == "csv" ? as_csv(found)
                                                : as_table(found);
     if (!output.empty()) write_file_atomically(output, text);
@@ -197,6 +203,7 @@ void add_modes(CLI::App& app) {
                  "automatic, dense (all modes at once) or iterative (the lowest)")
       ->check(CLI::IsMember({"automatic", "dense", "iterative"}))
       ->capture_default_str();
+  command->read.add_to(sub);
   command->structure.add_to(sub);
   command->threads.add_to(sub);
   sub.footer(

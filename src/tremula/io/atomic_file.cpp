@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -114,6 +115,11 @@ std::string read_file(const std::string& path, std::size_t max_bytes) {
     throw InputError(path, "cannot be opened (" + reason(errno) + ")", "a readable file");
   }
   if (S_ISDIR(status.st_mode)) throw InputError(path, "is a folder", "a file");
+  // /dev/zero never ends; a pipe may not either.
+  if (S_ISBLK(status.st_mode) || (S_ISCHR(status.st_mode) && ::isatty(file.number) == 0)) {
+    throw InputError(path, "is a device", "a file");
+  }
+  if (!S_ISREG(status.st_mode)) max_bytes = std::min(max_bytes, most_from_pipe);
   const auto check = [&](std::size_t size) {
     if (size <= max_bytes) return;
     throw InputError(path, "holds more than the " + std::to_string(max_bytes) + " bytes that are read",
@@ -125,7 +131,7 @@ std::string read_file(const std::string& path, std::size_t max_bytes) {
   std::string bytes(static_cast<std::size_t>(status.st_size) + 1, '\0');
   std::size_t filled = 0;
   for (;;) {
-    if (filled == bytes.size()) bytes.resize(2 * bytes.size() + 65536);
+    if (filled == bytes.size()) bytes.resize(std::min(2 * bytes.size() + 65536, max_bytes + 1));
     const ssize_t got = ::read(file.number, bytes.data() + filled, bytes.size() - filled);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) throw InputError(path, "cannot be read (" + reason(errno) + ")", "a readable file");

@@ -28,7 +28,11 @@ class AtomicFile {
 // when that fails.
 void write_file_atomically(const std::string& path, std::string_view bytes);
 
-// The whole of a file. Throws InputError when it cannot be opened, is a folder, or is larger than max_bytes.
+// What is taken from a pipe, which does not say beforehand how much it holds [bytes].
+inline constexpr std::size_t most_from_pipe = std::size_t{256} << 20;
+
+// The whole of a file, or of a pipe up to most_from_pipe. Throws InputError when it cannot be opened, is a
+// folder or a device, or is larger than max_bytes.
 std::string read_file(const std::string& path, std::size_t max_bytes = std::size_t{4} << 30);
 
 }  // namespace tremula
