@@ -179,7 +179,7 @@ struct FieldWithOrigin {
 };
 
 std::size_t row_nearest(const WindGrid& grid, double height) {
-  const double row = std::round((height - grid.bottom) / grid.z_spacing);
+  const double row = grid.z_count > 1 ? std::round((height - grid.bottom) / grid.z_spacing) : 0.0;
   return static_cast<std::size_t>(std::clamp(row, 0.0, grid.z_count - 1.0));
 }
 

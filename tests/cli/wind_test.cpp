@@ -419,7 +419,7 @@ TEST(Wind, SaysInNumbersWhetherAFieldIsTheWindThatFlagsDescribe) {
                 other = run(folder, "wind a.bts " + wind + "--turbulence-intensity 0.1");
   EXPECT_EQ(good.code, 0) << good.messages;
   EXPECT_EQ(good.messages, "");
-  EXPECT_THAT(good.output, HasSubstr("\nhub        at 30 m: U 12.000 m/s, intensity 0.1"));
+  EXPECT_THAT(good.output, HasSubstr("\nhub        y 0 m, z 30 m: U 12.000 m/s, sigma "));
   EXPECT_THAT(good.output, HasSubstr("\nverdict    as wanted\n"));
   EXPECT_THAT(other.output, HasSubstr("\nverdict    the deviation of u is "));
   EXPECT_THAT(run(folder, "wind a.bts").output, HasSubstr("nothing said what it should be"));
