@@ -133,7 +133,6 @@ void WindFlags::add_to(CLI::App& command, const WindFlagNames& names) {
       ->check(CLI::IsMember({"gaussian", "phases"}))
       ->capture_default_str();
   add("--seed", seed, "Another seed gives another realisation of the same wind (0 or more)")
-      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
 }
 
