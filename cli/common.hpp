@@ -10,11 +10,10 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
+
+#include "outputs.hpp"
 
 namespace tremula::cli {
-
-using Json = nlohmann::ordered_json;
 
 // A plant from a file (scan, SWC, L-system) or, where no file has that name, from a preset.
 struct Plant {
@@ -27,7 +26,6 @@ Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_s
 // Says on stderr what the reader mended.
 void print_warnings(const Plant& plant);
 Json describe(const Plant& plant);
-std::string lower_extension(const std::string& path);  // ".glb"
 std::uint64_t peak_bytes();
 
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,

@@ -37,6 +37,7 @@ ImportedSkeleton read_skeleton(const std::string& path);
 ImportedSkeleton read_skeleton(std::string_view bytes, const std::string& path);
 
 // SWC: one sample per node, comments with units and origin; reading it back gives the same branches.
+std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors = {});
 void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors = {});
 
 }  // namespace tremula
