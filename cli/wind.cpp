@@ -415,7 +415,7 @@ void add_wind(CLI::App& app) {
   command->threads.add_to(sub);
   sub.footer(
       "Examples:\n"
-      "  tremula wind --wind-speed 6 --terrain parkland -o gusts.bts --plot gusts.svg\n"
+      "  tremula wind --wind-speed 6 --terrain open -o gusts.bts --plot gusts.svg\n"
       "  tremula wind --spectrum iec-kaimal --wind-speed 12 --reference-height 90 --profile power:0.2 \\\n"
       "      --points 51x51 --size 145x145 --center-height 90 --steps 4096 --step 0.1 --seed 1 \\\n"
       "      -o field.bts --report wind.json\n"
