@@ -7,7 +7,6 @@
 #include "tremula/io/atomic_file.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -50,13 +49,6 @@ Plant grow_plant(const std::string& name, const std::string& text, const std::st
 }
 
 }  // namespace
-
-std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
 
 void ReadFlags::add_to(CLI::App& command) {
   const char* group = "Reading";
@@ -229,7 +221,6 @@ Json describe(const StructureOptions& options) {
 
 void ThreadsFlag::add_to(CLI::App& command) {
   command.add_option("--threads", count, "Threads to use; 0: one per core. The result does not depend on it")
-      ->check(CLI::Range(0, 1024))
       ->capture_default_str();
 }
 

@@ -10,11 +10,10 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
+
+#include "outputs.hpp"
 
 namespace tremula::cli {
-
-using Json = nlohmann::ordered_json;
 
 // A plant from a file (scan, SWC, L-system) or, where no file has that name, from a preset.
 struct Plant {
@@ -40,7 +39,6 @@ Plant open_plant(const std::string& input, const ReadFlags& read = {},
 void print_warnings(const Plant& plant);
 void print_warnings(const std::vector<std::string>& lines);
 Json describe(const Plant& plant);
-std::string lower_extension(const std::string& path);  // ".glb"
 std::uint64_t peak_bytes();
 
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,

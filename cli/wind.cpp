@@ -147,6 +147,8 @@ WindGrid GridFlags::grid(double reference_height) const {
   return grid;
 }
 
+struct FieldWithOrigin;
+
 struct WindCommand {
   std::string input, report, plot, match = "spectrum";
   std::vector<std::string> outputs;
@@ -166,6 +168,8 @@ struct WindCommand {
   // A field is judged on stdout, unless stdout takes something else; a wind of our own where nothing else is
   // made of it.
   bool says_verdict() const;
+  Json report_of(const FieldWithOrigin& made, const WindReport& checked, const WindVerdict& verdict,
+                 const StageLog& log) const;
   void run() const;
 };
 
@@ -179,7 +183,7 @@ struct FieldWithOrigin {
 };
 
 std::size_t row_nearest(const WindGrid& grid, double height) {
-  const double row = std::round((height - grid.bottom) / grid.z_spacing);
+  const double row = grid.z_count > 1 ? std::round((height - grid.bottom) / grid.z_spacing) : 0.0;
   return static_cast<std::size_t>(std::clamp(row, 0.0, grid.z_count - 1.0));
 }
 
@@ -287,19 +291,24 @@ bool WindCommand::says_verdict() const {
   return !to_stdout && (!input.empty() || (outputs.empty() && report.empty() && plot.empty()));
 }
 
+enum FieldFormat : std::size_t { bts, vti };
+
+std::size_t field_format(const std::string& path) {
+  return format_of({"-o", path}, "", {{"bts", "TurbSim"}, {"vti", "ParaView"}});
+}
+
 void WindCommand::check_outputs() const {
-  for (const std::string& path : outputs) {
-    const std::string extension = lower_extension(path);
-    if (extension != ".bts" && extension != ".vti")
-      throw InputError("-o " + path, "'" + extension + "'", ".bts (TurbSim) or .vti (ParaView)");
-  }
-  if (!plot.empty() && lower_extension(plot) != ".svg")
-    throw InputError("--plot " + plot, "'" + lower_extension(plot) + "'", ".svg");
+  for (const std::string& path : outputs) field_format(path);
+  if (!plot.empty()) format_of({"--plot", plot}, "", {{"svg", "a picture"}}, 0);
+  if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
 }
 
 void WindCommand::run() const {
   check_flags_beside_a_field();
   check_outputs();
+  std::vector<Place> places = {{"--report", report}, {"--plot", plot}};
+  for (const std::string& path : outputs) places.push_back({"-o", path});
+  Outputs files(places, {{"FIELD", input}, {"--spectrum", wind.spectrum}, {"--profile", wind.profile}});
   StageLog log;
   const FieldWithOrigin made = input.empty() ? synthesise_field(*this, log) : read_field(*this, log);
 
@@ -317,16 +326,20 @@ void WindCommand::run() const {
   }
   for (const std::string& path : outputs) {
     log.begin("write " + lower_extension(path));
-    if (lower_extension(path) == ".bts") write_turbsim(path, made.field, made.text);
-    if (lower_extension(path) == ".vti") write_vti(path, made.field);
+    AtomicFile& file = files.begin(path);
+    if (field_format(path) == bts) write_turbsim(file, made.field, made.text);
+    if (field_format(path) == vti) write_vti(file, made.field);
   }
-  if (!plot.empty()) write_wind_plot(plot, checked);
+  if (!plot.empty()) files.add(plot, plot_wind(checked));
   log.finish();
-  for (const std::string& path : outputs) std::cerr << "tremula: wrote " << path << '\n';
-  if (!plot.empty()) std::cerr << "tremula: wrote " << plot << '\n';
-  if (says_verdict()) std::cout << verdict_text(made.field, checked, verdict);
-  if (report.empty()) return;
+  if (!report.empty()) files.add(report, text_of(report_of(made, checked, verdict, log)));
+  files.commit();
+  files.announce();
+  if (says_verdict()) print(verdict_text(made.field, checked, verdict));
+}
 
+Json WindCommand::report_of(const FieldWithOrigin& made, const WindReport& checked,
+                            const WindVerdict& verdict, const StageLog& log) const {
   Json settings = {{"bands_per_decade", bands_per_decade}, {"separations_cells", separations}};
   if (made.wind) settings["wind"] = cli::describe(made.flags, *made.wind);
   if (made.synthesis) settings.update({{"tile", tile}, {"tower", grid.tower}, {"match", match}});
@@ -341,8 +354,7 @@ void WindCommand::run() const {
   json.update(describe(checked.statistics, checked.targets));
   json["verdict"] = describe(verdict);
   json.update({{"outputs", outputs}, {"stages", log.json()}, {"peak_bytes", peak_bytes()}});
-  write_file_atomically(report, json.dump(1) + '\n');
-  std::cerr << "tremula: wrote " << report << '\n';
+  return json;
 }
 
 }  // namespace
@@ -403,7 +415,7 @@ void add_wind(CLI::App& app) {
   command->threads.add_to(sub);
   sub.footer(
       "Examples:\n"
-      "  tremula wind --wind-speed 6 --terrain parkland -o gusts.bts --plot gusts.svg\n"
+      "  tremula wind --wind-speed 6 --terrain open -o gusts.bts --plot gusts.svg\n"
       "  tremula wind --spectrum iec-kaimal --wind-speed 12 --reference-height 90 --profile power:0.2 \\\n"
       "      --points 51x51 --size 145x145 --center-height 90 --steps 4096 --step 0.1 --seed 1 \\\n"
       "      -o field.bts --report wind.json\n"
@@ -412,7 +424,7 @@ void add_wind(CLI::App& app) {
       "  tremula wind field.bts --plot check.svg --separations 1,3,9 --bands 5\n");
   sub.callback([command] {
     if (command->list_terrains) {
-      std::cout << terrain_table();
+      print(terrain_table());
       return;
     }
     command->threads.run([&] { command->run(); });

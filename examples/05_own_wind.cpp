@@ -17,7 +17,8 @@ int main() {
   const double speed = 5, gust = 1.5;  // m/s
   const int gust_bin = 3;              // so many gusts a loop
 
-  OwnWind front{.speed = speed, .heading = 0};
+  OwnWind front;
+  front.speed = speed;  // what reports and captions say
   front.at_points = [=](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
     PointWind wind;
     wind.mean = Eigen::Vector3d(speed, 0, 0).replicate(1, points.cols());

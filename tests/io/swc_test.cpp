@@ -1,6 +1,7 @@
 #include "tremula/io/swc.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "io/input_files.hpp"
 #include "trees.hpp"
@@ -307,6 +308,11 @@ TEST(ReadSwc, RefusesAColorChannelAboveOne) {
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "a.swc:2: green is 1.5, wanted 0 to 1");
   }
+}
+
+TEST(WriteSwc, RefusesAColorThatIsNotFinite) {
+  const PlantColors colors{.bark = Eigen::Vector3f(0.1F, std::numeric_limits<float>::quiet_NaN(), 0.1F)};
+  EXPECT_THROW(encode_swc(test::random_tree(4, 2), colors), Error);
 }
 
 }  // namespace

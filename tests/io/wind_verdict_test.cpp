@@ -81,7 +81,7 @@ TEST(VerdictText, HasTheRowsFromTheTopDownTheNumbersOfTheHubAndTheVerdict) {
                         "field      12 x 6 points (y x z), z 2 to 22 m, 2048 steps of 0.2 s: 409.6 s\n"
                         "tower      1 points, from 2 m down to 2 m\nheight [m]"));
   EXPECT_LT(text.find("\n    22.000 "), text.find("\n     2.000 "));
-  EXPECT_THAT(text, HasSubstr("\nhub        at 10 m: U 9.000 m/s, intensity 0."));
+  EXPECT_THAT(text, HasSubstr("\nhub        y -2 m, z 10 m: U 9.000 m/s, sigma "));
   EXPECT_THAT(text, HasSubstr("\nresolved   "));
   EXPECT_TRUE(text.ends_with("\nverdict    as wanted\n")) << text;
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 15);

@@ -1,6 +1,7 @@
 #include "tremula/io/modes_plot.hpp"
 
 #include "tremula/deformation/pose.hpp"
+#include "tremula/io/finite.hpp"
 #include "tremula/io/svg.hpp"
 
 #include <algorithm>
@@ -235,6 +236,8 @@ std::string scale_bar(double x, double y, double panel_width, double scale) {
 
 std::string plot_modes(const Skeleton& skeleton, const Modes& modes, const ModeQuality& quality,
                        const ModesPlotOptions& options) {
+  check_finite("plot: frequencies", modes.frequency);
+  check_finite("plot: total mass", quality.total_mass);
   const Box frame{84, 78, page_width - 84 - margin, 250};
   std::string body = svg_text(margin, 36, options.title, {.size = 20, .color = "#111", .bold = true});
   body += svg_text(margin, 58,

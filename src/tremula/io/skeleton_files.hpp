@@ -45,6 +45,7 @@ ImportedSkeleton read_skeleton(std::string_view bytes, const std::string& path,
                                const ReadOptions& options = {});
 
 // SWC: one sample per node, comments with units and origin; reading it back gives the same branches.
+std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors = {});
 void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors = {});
 
 }  // namespace tremula

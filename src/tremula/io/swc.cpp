@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/finite.hpp"
 #include "tremula/io/id_index.hpp"
 #include "tremula/io/repair.hpp"
 #include "tremula/io/text_table.hpp"
@@ -11,6 +12,7 @@
 #include <charconv>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -297,8 +299,8 @@ ImportedSkeleton read_swc(std::string_view text, const std::string& path, const 
   return imported;
 }
 
-void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors) {
-  check_skeleton(skeleton, path);
+std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors) {
+  check_skeleton(skeleton, "SWC file");
   std::string out(marker);
   out +=
       " skeleton\n"
@@ -310,6 +312,7 @@ void write_swc(const Skeleton& skeleton, const std::string& path, const PlantCol
   out += '\n';
   const auto append_color = [&](const char* name, const std::optional<Eigen::Vector3f>& value) {
     if (!value) return;
+    check_finite(name, std::span<const float>(value->data(), 3));
     out += name;
     append(out, Vec3(value->cast<double>()));
     out += '\n';
@@ -353,7 +356,11 @@ void write_swc(const Skeleton& skeleton, const std::string& path, const PlantCol
     for (const double size : {leaf.length, leaf.width, leaf.area, leaf.mass}) append(out, size);
     out += '\n';
   }
-  write_file_atomically(path, out);
+  return out;
+}
+
+void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors) {
+  write_file_atomically(path, encode_swc(skeleton, colors));
 }
 
 }  // namespace tremula

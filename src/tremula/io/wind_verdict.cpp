@@ -166,6 +166,21 @@ std::string by_component(const std::array<std::array<double, 2>, 3>& ranges) {
   return text;
 }
 
+// Of the point itself, not of its row: what Match::hub makes exact.
+std::string hub_text(const WindGrid& grid, const FieldStatistics& statistics) {
+  const auto [row, column] = hub_point(grid);
+  const auto at = static_cast<std::size_t>(row * grid.y_count + column);
+  const double mean = statistics.point_mean[0][at];
+  std::string text =
+      print("hub        y %.6g m, z %.6g m: U %.3f m/s, sigma", grid.y(column), grid.z(row), mean);
+  for (std::size_t c = 0; c < 3; ++c) text += print(" %.3f", statistics.point_deviation[c][at]);
+  if (mean > 0) {
+    text += " m/s, intensity";
+    for (std::size_t c = 0; c < 3; ++c) text += print(" %.4f", statistics.point_deviation[c][at] / mean);
+  }
+  return text + "\n";
+}
+
 }  // namespace
 
 WindVerdict judge_wind(const WindField& field, const WindReport& report) {
@@ -185,7 +200,6 @@ WindVerdict judge_wind(const WindField& field, const WindReport& report) {
 std::string verdict_text(const WindField& field, const WindReport& report, const WindVerdict& verdict,
                          std::size_t most_rows) {
   const WindGrid& grid = field.grid;
-  const RowStatistics& hub = report.statistics.rows[verdict.hub_row];
   std::string text =
       print("field      %d x %d points (y x z), z %.6g to %.6g m, %d steps of %.6g s: %.6g s\n", grid.y_count,
             grid.z_count, grid.bottom, grid.z(grid.z_count - 1), grid.step_count, grid.step, grid.period());
@@ -193,11 +207,7 @@ std::string verdict_text(const WindField& field, const WindReport& report, const
     text += print("tower      %d points, from %.6g m down to %.6g m\n", field.tower_count, grid.bottom,
                   grid.bottom - (field.tower_count - 1) * grid.z_spacing);
   text += table(report, verdict.has_targets, most_rows);
-  text += print("hub        at %.6g m: U %.3f m/s, intensity %.4f", hub.height, hub.mean[0],
-                hub.turbulence_intensity);
-  if (hub.mean[0] > 0)
-    text += print(" (v %.4f, w %.4f)", hub.deviation[1] / hub.mean[0], hub.deviation[2] / hub.mean[0]);
-  text += "\n";
+  text += hub_text(grid, report.statistics);
   if (verdict.has_targets) {
     text += "resolved   of the variance wanted at all frequencies such a loop holds " +
             by_component(" %.2f", report.targets.resolved_share) + "\n";

@@ -467,7 +467,9 @@ Match match_named(const std::string& name) {
 }
 
 std::array<int, 2> hub_point(const WindGrid& grid) {
-  const double row = std::round((grid.reference_height - grid.bottom) / grid.z_spacing);
+  // One row may have no spacing.
+  const double row =
+      grid.z_count > 1 ? std::round((grid.reference_height - grid.bottom) / grid.z_spacing) : 0.0;
   return {static_cast<int>(std::clamp(row, 0.0, grid.z_count - 1.0)), (grid.y_count - 1) / 2};
 }
 

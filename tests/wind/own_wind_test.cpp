@@ -26,7 +26,7 @@ OwnWind changed(const std::function<void(PointWind&)>& change) {
   }};
 }
 
-TEST(WindAtPoints, OfAnOwnWindIsWhatItsFunctionGives) {
+TEST(OwnWind, IsWhatItsFunctionGives) {
   const Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Constant(3, 4, 2);
   const TurbulentWind turbulent = turbulent_wind({.speed = 5, .heading = 40}, 0.2);
   const OwnWind own{
@@ -41,7 +41,7 @@ TEST(WindAtPoints, OfAnOwnWindIsWhatItsFunctionGives) {
   EXPECT_EQ(given.has_draws, wanted.has_draws);
 }
 
-TEST(WindAtPoints, OfAnOwnWindThatGivesNoWindIsRefused) {
+TEST(OwnWind, IsRefusedWhereItsFunctionGivesNoWind) {
   const Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Ones(3, 4);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto made_of = [&](const OwnWind& wind) { return wind_at_points(wind, loop, points); };
