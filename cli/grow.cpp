@@ -15,6 +15,7 @@ struct GrowCommand {
   std::string input, output;
   std::optional<std::uint64_t> seed;
   std::vector<std::string> constants;
+  ReadFlags read;
   bool list = false;
 
   void run() const {
@@ -30,7 +31,8 @@ struct GrowCommand {
     if (output.empty()) throw InputError("grow", "no output", "-o FILE.swc");
     if (lower_extension(output) != ".swc")
       throw InputError("-o " + output, "'" + lower_extension(output) + "'", ".swc");
-    const Plant plant = open_plant(input, {}, seed, constants);
+    const Plant plant = open_plant(input, read, seed, constants);
+    print_warnings(plant);
     write_swc(plant.imported.skeleton, output, plant.imported.colors);
     const Skeleton& skeleton = plant.imported.skeleton;
     std::cerr << "tremula: " << output << ": " << skeleton.branch_count() << " branches, "
@@ -44,12 +46,13 @@ struct GrowCommand {
 void add_grow(CLI::App& app) {
   auto command = std::make_shared<GrowCommand>();
   CLI::App& sub = *app.add_subcommand("grow", "Grow a plant from a preset or an L-system file");
-  sub.add_option("PRESET|FILE", command->input, "Name of a preset, or an L-system (.lsys)");
+  sub.add_option("PRESET|FILE", command->input, "Name of a preset, an L-system (.lsys), or a tree file to write as SWC");
   sub.add_option("-o,--output", command->output, "The tree to write (.swc)");
   sub.add_option("--seed", command->seed, "Another seed gives another plant of the same kind (0 or more)");
   sub.add_option("--set", command->constants,
                  "NAME=NUMBER: change a constant of the L-system; may be repeated");
   sub.add_flag("--list", command->list, "List the presets");
+  command->read.add_to(sub);
   sub.footer(
       "Examples:\n"
       "  tremula grow --list\n"
