@@ -95,6 +95,7 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
     read.refuse_for(input);
     return grow_plant(name, read_file(input, std::size_t{16} << 20), input, growth_seed, constants);
   }
+  if (growth_seed) throw InputError("--seed", "given with " + input, "an L-system or a preset");
   if (!constants.empty()) throw InputError("--set", "given with " + input, "an L-system or a preset");
   return {name, read_skeleton(input, read.options())};
 }

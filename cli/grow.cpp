@@ -17,12 +17,15 @@ struct GrowCommand {
   std::string input, output;
   std::optional<std::uint64_t> seed;
   std::vector<std::string> constants;
+  ReadFlags read;
   bool list = false;
 
   void run(const CLI::App& flags) const {
-    refuse_idle_flags(
-        flags,
-        std::array{IdleFlags{list, "given with --list", "no other flag", {"--output", "--seed", "--set"}}});
+    refuse_idle_flags(flags,
+                      std::array{IdleFlags{list,
+                                           "given with --list",
+                                           "no other flag",
+                                           {"--output", "--seed", "--set", "--unit", "--allow-gaps"}}});
     if (list) {
       std::string text;
       for (const PlantPreset& preset : plant_presets()) {
@@ -39,6 +42,7 @@ struct GrowCommand {
     format_of({"-o", output}, "", {{"swc", "a tree"}}, 0);
     Outputs outputs({{"-o", output}}, {{"PRESET|FILE", input}});
     const Plant plant = open_plant(input, read, seed, constants);
+    print_warnings(plant);
     outputs.add(output, encode_swc(plant.imported.skeleton, plant.imported.colors));
     outputs.commit();
     if (output == "-") return;
@@ -54,12 +58,14 @@ struct GrowCommand {
 void add_grow(CLI::App& app) {
   auto command = std::make_shared<GrowCommand>();
   CLI::App& sub = *app.add_subcommand("grow", "Grow a plant from a preset or an L-system file");
-  sub.add_option("PRESET|FILE", command->input, "Name of a preset, or an L-system (.lsys)");
+  sub.add_option("PRESET|FILE", command->input,
+                 "Name of a preset, an L-system (.lsys), or a tree file to write as SWC");
   sub.add_option("-o,--output", command->output, "The tree to write (.swc; - is standard output)");
   sub.add_option("--seed", command->seed, "Another seed gives another plant of the same kind (0 or more)");
   sub.add_option("--set", command->constants,
                  "NAME=NUMBER: change a constant of the L-system; may be repeated");
   sub.add_flag("--list", command->list, "List the presets");
+  command->read.add_to(sub);
   sub.footer(
       "Examples:\n"
       "  tremula grow --list\n"

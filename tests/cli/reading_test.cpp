@@ -86,6 +86,9 @@ TEST(Reading, UnitIsTakenByEveryCommandThatReadsATree) {
   EXPECT_EQ(modes.messages, "");
   const Outcome info = run(folder, "info mm.swc --unit mm --format json");
   EXPECT_EQ(nlohmann::json::parse(info.output).at("height_m"), 4);
+  const Outcome grow = run(folder, "grow mm.swc --unit mm -o grown.swc");
+  EXPECT_EQ(grow.code, 0) << grow.messages;
+  EXPECT_EQ(first_frequency(run(folder, "modes grown.swc --count 1 --format json")), first_frequency(modes));
   const Outcome animate = run(folder, "animate mm.swc --unit mm -o mm.csv --period 2 --fps 10");
   EXPECT_EQ(animate.code, 0) << animate.messages;
   EXPECT_EQ(run(folder, "animate m.swc -o m.csv --period 2 --fps 10").code, 0);
@@ -94,7 +97,7 @@ TEST(Reading, UnitIsTakenByEveryCommandThatReadsATree) {
 
 TEST(Reading, FlagsOfTreeFilesAreRefusedWithWhatIsNone) {
   const TemporaryFolder folder;
-  for (const std::string command : {"modes", "info"}) {
+  for (const std::string command : {"modes", "info", "grow -o x.swc", "animate -o x.csv"}) {
     const Outcome unit = run(folder, command + " sapling --unit mm");
     EXPECT_EQ(unit.code, 2);
     EXPECT_EQ(unit.messages, "tremula: error: --unit mm: given with sapling, wanted a tree file\n");
