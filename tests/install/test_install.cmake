@@ -29,7 +29,7 @@ function(says_as_the_first name)
   set(first "${output}" PARENT_SCOPE)
 endfunction()
 
-build(plain "" "-DCOMPONENTS=geometry;modes;tremula")
+build(plain "" -DCOMPONENTS=geometry,modes,tremula)
 says_as_the_first(plain)
 # `native` is what a user writes; that this machine has AVX is asked first, so that the test says what it tested.
 foreach(flags -march=native -mavx2 -mavx512f)
@@ -48,7 +48,7 @@ if(FLAGS STREQUAL "")
 endif()
 
 # What is not there is refused by name.
-execute_process(COMMAND ${configure} -B ${WORK}/unknown "-DCOMPONENTS=modes;leaves" RESULT_VARIABLE result
+execute_process(COMMAND ${configure} -B ${WORK}/unknown -DCOMPONENTS=modes,leaves RESULT_VARIABLE result
                 OUTPUT_VARIABLE output ERROR_VARIABLE output)
 string(REGEX REPLACE "[ \n]+" " " output "${output}")
 if(result EQUAL 0 OR NOT output MATCHES "tremula has no component 'leaves'; it has base, numerics,")
