@@ -46,7 +46,8 @@ struct GrowCommand {
 void add_grow(CLI::App& app) {
   auto command = std::make_shared<GrowCommand>();
   CLI::App& sub = *app.add_subcommand("grow", "Grow a plant from a preset or an L-system file");
-  sub.add_option("PRESET|FILE", command->input, "Name of a preset, an L-system (.lsys), or a tree file to write as SWC");
+  sub.add_option("PRESET|FILE", command->input,
+                 "Name of a preset, an L-system (.lsys), or a tree file to write as SWC");
   sub.add_option("-o,--output", command->output, "The tree to write (.swc)");
   sub.add_option("--seed", command->seed, "Another seed gives another plant of the same kind (0 or more)");
   sub.add_option("--set", command->constants,
