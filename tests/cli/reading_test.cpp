@@ -67,9 +67,13 @@ TEST(Reading, GivesEachCaseItsFrequencyOrItsMessage) {
     const Outcome outcome =
         run(folder, "modes '" + path + "' --count 1 --format json " + std::string(c.flags));
     EXPECT_EQ(outcome.code, c.frequency == 0 ? 2 : 0) << c.file << ": " << outcome.messages;
-    if (c.frequency > 0) EXPECT_NEAR(first_frequency(outcome), c.frequency, 1e-4 * c.frequency) << c.file;
+    if (c.frequency > 0) {
+      EXPECT_NEAR(first_frequency(outcome), c.frequency, 1e-4 * c.frequency) << c.file;
+    }
     EXPECT_NE(outcome.messages.find(c.message), std::string::npos) << c.file << ": " << outcome.messages;
-    if (std::string(c.message).empty()) EXPECT_EQ(outcome.messages, "") << c.file;
+    if (std::string(c.message).empty()) {
+      EXPECT_EQ(outcome.messages, "") << c.file;
+    }
   }
 }
 
@@ -97,11 +101,12 @@ TEST(Reading, UnitIsTakenByEveryCommandThatReadsATree) {
 
 TEST(Reading, FlagsOfTreeFilesAreRefusedWithWhatIsNone) {
   const TemporaryFolder folder;
-  for (const std::string command : {"modes", "info", "grow -o x.swc", "animate -o x.csv"}) {
-    const Outcome unit = run(folder, command + " sapling --unit mm");
+  for (const std::string command :
+       {"modes sapling", "info sapling", "grow sapling -o x.swc", "animate sapling -o x.csv"}) {
+    const Outcome unit = run(folder, command + " --unit mm");
     EXPECT_EQ(unit.code, 2);
     EXPECT_EQ(unit.messages, "tremula: error: --unit mm: given with sapling, wanted a tree file\n");
-    EXPECT_EQ(run(folder, command + " sapling --allow-gaps").code, 2);
+    EXPECT_EQ(run(folder, command + " --allow-gaps").code, 2);
   }
 }
 

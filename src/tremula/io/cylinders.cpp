@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace tremula {
@@ -106,7 +107,8 @@ std::vector<int> parents_by_number(CylinderModel& model) {
   constexpr Other others[] = {
       {{0, -1}, "parents count cylinders from 0, and -1 is none: so they were read"},
       {{1, -1}, "parents count cylinders from 1, and -1 is none: so they were read"},
-      {{0, -1, true}, "parents count cylinders from 0, and the first names itself: so they were read"},
+      {{0, std::numeric_limits<double>::quiet_NaN(), true},
+       "parents count cylinders from 0, and the first names itself: so they were read"},
   };
   for (const Other& other : others) {
     const auto parents = parents_counted(model, other.counting);
