@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 preset=${1:-developer}
-scripts/bootstrap.sh
+scripts/bootstrap.sh test
 scripts/check_format.sh
 cmake --preset "$preset"
 cmake --build --preset "$preset"
