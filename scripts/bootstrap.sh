@@ -6,6 +6,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 purpose=${1:-test}
+sudo=()
+if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi
 
 packages=(
   g++ cmake ninja-build ca-certificates
@@ -29,16 +31,14 @@ case $purpose in
     ;;
 esac
 
-installed() { dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null | grep -qx installed; }
-can_be_installed() { apt-cache policy "$1" 2>/dev/null | grep -q 'Candidate: [^(]'; }
+installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+can_be_installed() { [[ $(LC_ALL=C apt-cache policy "$1" 2>/dev/null) == *"Candidate: "[!\(]* ]]; }
 
 missing=()
 for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
 wished=()
 for package in ${if_there_is[@]+"${if_there_is[@]}"}; do installed "$package" || wished+=("$package"); done
 if [ $((${#missing[@]} + ${#wished[@]})) -gt 0 ]; then
-  sudo=()
-  if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi
   # Lists are fetched for what must be there; for a wish alone only where there are none yet.
   if [ ${#missing[@]} -gt 0 ] || ! can_be_installed g++; then "${sudo[@]}" apt-get update -qq; fi
   for package in ${wished[@]+"${wished[@]}"}; do
