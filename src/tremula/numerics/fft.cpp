@@ -53,20 +53,20 @@ Eigen::MatrixXcd half_spectra_from_samples(const Eigen::MatrixXd& samples) {
 // copies.
 struct RealSeries::Plan {
   kissfft<float> transform;
+  int batch;
 };
 
 RealSeries::RealSeries(int sample_count, int batch)
     : sample_count_(sample_count),
-      batch_(batch),
-      plan_(new Plan{kissfft<float>(static_cast<std::size_t>(sample_count), true)}) {}
+      plan_(new Plan{kissfft<float>(static_cast<std::size_t>(sample_count), true), batch}) {}
 
 void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
   const int count = sample_count_;
   const kissfft<float> transform = plan_->transform;
   std::vector<std::complex<float>> both(static_cast<std::size_t>(count)), series(both.size());
   // Two real series at a time, as real and imaginary part of one complex series.
-  for (int b = 0; b < batch_; b += 2) {
-    const bool alone = b + 1 == batch_;
+  for (int b = 0; b < plan_->batch; b += 2) {
+    const bool alone = b + 1 == plan_->batch;
     const std::complex<float>* first = half_spectra + static_cast<std::ptrdiff_t>(b) * bin_count();
     const std::complex<float>* second = alone ? first : first + bin_count();
     const std::complex<float> i(0, 1);
@@ -91,16 +91,17 @@ void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
 
 struct PlaneSeries::Plan {
   kissfft<float> along_column, along_row;
+  int kept_rows;
 
-  void sum(std::complex<float>* plane, int rows, int columns, int kept_rows, int pitch) const {
+  void sum(std::complex<float>* plane, int rows, int columns, int wanted_rows, int pitch) const {
     const kissfft<float> of_column = along_column, of_row = along_row;
     std::vector<std::complex<float>> in(static_cast<std::size_t>(std::max(rows, columns))), out(in.size());
     for (int c = 0; c < columns; ++c) {
       for (int r = 0; r < rows; ++r) in[static_cast<std::size_t>(r)] = plane[r * pitch + c];
       of_column.transform(in.data(), out.data());
-      for (int r = 0; r < kept_rows; ++r) plane[r * pitch + c] = out[static_cast<std::size_t>(r)];
+      for (int r = 0; r < wanted_rows; ++r) plane[r * pitch + c] = out[static_cast<std::size_t>(r)];
     }
-    for (int r = 0; r < kept_rows; ++r) {
+    for (int r = 0; r < wanted_rows; ++r) {
       std::copy_n(plane + r * pitch, columns, in.data());
       of_row.transform(in.data(), plane + r * pitch);
     }
@@ -110,16 +111,15 @@ struct PlaneSeries::Plan {
 PlaneSeries::PlaneSeries(int rows, int columns, int kept_rows)
     : rows_(rows),
       columns_(columns),
-      kept_rows_(kept_rows),
       plan_(new Plan{kissfft<float>(static_cast<std::size_t>(rows), true),
-                     kissfft<float>(static_cast<std::size_t>(columns), true)}) {}
+                     kissfft<float>(static_cast<std::size_t>(columns), true), kept_rows}) {}
 
 void PlaneSeries::sum(std::complex<float>* plane) const {
   plan_->sum(plane, rows_, columns_, rows_, pitch());
 }
 
 void PlaneSeries::sum_kept(std::complex<float>* plane) const {
-  plan_->sum(plane, rows_, columns_, kept_rows_, pitch());
+  plan_->sum(plane, rows_, columns_, plan_->kept_rows, pitch());
 }
 
 #else
@@ -178,7 +178,7 @@ fftwf_complex* of_fftw(std::complex<float>* values) { return reinterpret_cast<ff
 
 struct RealSeries::Plan : FloatPlan {};
 
-RealSeries::RealSeries(int sample_count, int batch) : sample_count_(sample_count), batch_(batch) {
+RealSeries::RealSeries(int sample_count, int batch) : sample_count_(sample_count) {
   auto plan = std::make_unique<Plan>();
   FftArray<std::complex<float>> in(static_cast<std::size_t>(batch) * static_cast<std::size_t>(bin_count()));
   FftArray<float> out(static_cast<std::size_t>(batch) * static_cast<std::size_t>(pitch()));
@@ -196,8 +196,7 @@ struct PlaneSeries::Plan {
   FloatPlan along_columns, along_rows, along_kept_rows;
 };
 
-PlaneSeries::PlaneSeries(int rows, int columns, int kept_rows)
-    : rows_(rows), columns_(columns), kept_rows_(kept_rows) {
+PlaneSeries::PlaneSeries(int rows, int columns, int kept_rows) : rows_(rows), columns_(columns) {
   auto plan = std::make_unique<Plan>();
   FftArray<std::complex<float>> plane(size());
   fftwf_complex* data = of_fftw(plane.data());

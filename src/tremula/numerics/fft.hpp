@@ -39,7 +39,7 @@ class RealSeries {
 
  private:
   struct Plan;
-  int sample_count_, batch_;
+  int sample_count_;
   std::unique_ptr<const Plan> plan_;
 };
 
@@ -63,7 +63,7 @@ class PlaneSeries {
 
  private:
   struct Plan;
-  int rows_, columns_, kept_rows_;
+  int rows_, columns_;
   std::unique_ptr<const Plan> plan_;
 };
 
