@@ -21,7 +21,7 @@ npm_omits=(--omit=dev)
 case $purpose in
   build) ;;
   test)
-    packages+=(git libspectra-dev libmatio-dev libgtest-dev libgmock-dev libbenchmark-dev libkissfft-dev)
+    packages+=(git python3 libspectra-dev libmatio-dev libgtest-dev libgmock-dev libbenchmark-dev libkissfft-dev)
     if_there_is=(clang-format-14 chromium)
     npm_omits=()
     ;;
