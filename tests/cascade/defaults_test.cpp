@@ -1,5 +1,7 @@
 // The numbers that stand where nobody gives one. Whoever changes one of them changes everybody's result: it
 // is meant to be done here, too, with the reason.
+#include <array>
+#include <cmath>
 #include <limits>
 #include <variant>
 
