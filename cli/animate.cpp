@@ -317,9 +317,11 @@ void AnimateCommand::run(const CLI::App& flags) const {
           ", and all are taken"});
     options.modes.count = all_modes;
   }
+  log.begin("surface");
   Surface surface = mesh_surface(skeleton);
   surface.bark_color = plant.imported.colors.bark.value_or(surface.bark_color);
   surface.leaf_color = plant.imported.colors.leaf.value_or(surface.leaf_color);
+  log.finish();
   std::vector<std::string> large;
   check_size({.node_count = static_cast<double>(skeleton.node_count()),
               .vertex_count = static_cast<double>(surface.vertex_count()),

@@ -72,7 +72,7 @@ TEST(Outputs, NeverReplaceEachOther) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "sub");
   fs::create_symlink("../a.csv", folder / "sub/b.csv");
-  for (const std::string arguments :
+  for (const std::string& arguments :
        {quick + "-o a.csv -o a.csv", quick + "-o a.csv -o ./a.csv", quick + "-o a.csv -o sub/../a.csv",
         quick + "-o a.csv -o sub/b.csv", quick + "-o - --format csv --report -",
         std::string("modes stam-17 --plot -")}) {
@@ -99,9 +99,9 @@ TEST(Outputs, AFlagTakesOneFileAndMayBeRepeated) {
 TEST(Outputs, AreAllWrittenOrNone) {
   const TemporaryFolder folder;
   std::ofstream(folder / "a.csv") << "old";
-  for (const std::string line :
+  for (const std::string& line :
        {quick + "-o a.csv -o a.png -o /dev/full --format csv", quick + "-o a.csv -o a.png --report /dev/full",
-        "wind --points 3x3 --steps 32 -o a.bts -o a.vti --plot a.svg --report /dev/full",
+        std::string("wind --points 3x3 --steps 32 -o a.bts -o a.vti --plot a.svg --report /dev/full"),
         std::string("modes stam-17 -o a.csv --plot /dev/full")}) {
     const Outcome outcome = run(folder, line);
     EXPECT_EQ(outcome.code, 1) << line << outcome.messages;
