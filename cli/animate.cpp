@@ -131,7 +131,11 @@ std::vector<const LoopFormat*> AnimateCommand::output_formats() const {
   const bool format_has_use = std::any_of(outputs.begin(), outputs.end(), nameless);
   std::vector<const LoopFormat*> formats;
   for (const std::string& path : outputs) {
-    const std::string& named = nameless(path) || !format_has_use ? format : "";
+    if (nameless(path) && format.empty()) {
+      throw InputError("-o " + path, "has no extension that says what to write",
+                       "one, or --format with glb, html, csv or png");
+    }
+    const std::string named = nameless(path) || !format_has_use ? format : "";
     formats.push_back(&loop_formats()[format_of({"-o", path}, named, names)]);
     if (formats.back()->name == "html" && !can_write_html()) {
       throw Error("-o " + path + ": this program was built without Node.js, which the viewer needs");
