@@ -58,12 +58,14 @@ struct AnimateCommand {
 Wind AnimateCommand::chosen_wind() const {
   if (wind == "turbulent") return wind_flags.wind();
   if (is_stam()) {
-    StamWind stam{
-        .mean = wind_flags.mean_wind(),
-        .turbulence_intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity),
-        .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
-        .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
-        .seed = wind_flags.seed};
+    double intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity);
+    if (wind_flags.friction_velocity)
+      intensity = std::sqrt(6.0) * *wind_flags.friction_velocity / wind_flags.speed;
+    StamWind stam{.mean = wind_flags.mean_wind(),
+                  .turbulence_intensity = intensity,
+                  .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
+                  .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
+                  .seed = wind_flags.seed};
     if (wind == "stam-printed") {
       stam.rows = StamRows::as_printed;
       stam.cutoff = 1e-4;  // its tails are not normalised away
@@ -174,11 +176,11 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        flags_in_group(flags, wind_group, {"--wind", "--heading"})},
       {is_field(), with_wind, "--wind turbulent: a field has one realisation", {"--transfer"}},
       {is_stam(), with_wind, "--wind turbulent",
-       flags_in_group(
-           flags, wind_group,
-           {"--wind", "--wind-speed", "--reference-height", "--heading", "--terrain", "--profile",
-            "--turbulence-intensity", "--power-exponent", "--roughness-length", "--displacement",
-            "--canopy-height", "--canopy-decay", "--seed", "--correlation-time", "--correlation-length"})},
+       flags_in_group(flags, wind_group,
+                      {"--wind", "--wind-speed", "--reference-height", "--heading", "--terrain", "--profile",
+                       "--turbulence-intensity", "--friction-velocity", "--power-exponent",
+                       "--roughness-length", "--displacement", "--canopy-height", "--canopy-decay", "--seed",
+                       "--correlation-time", "--correlation-length"})},
       {!is_stam(),
        with_wind,
        "--wind stam or stam-printed, whose filter it sets",
