@@ -60,12 +60,14 @@ struct AnimateCommand {
 Wind AnimateCommand::chosen_wind() const {
   if (wind == "turbulent") return wind_flags.wind();
   if (is_stam()) {
-    StamWind stam{
-        .mean = wind_flags.mean_wind(),
-        .turbulence_intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity),
-        .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
-        .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
-        .seed = wind_flags.seed};
+    double intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity);
+    if (wind_flags.friction_velocity)
+      intensity = std::sqrt(6.0) * *wind_flags.friction_velocity / wind_flags.speed;
+    StamWind stam{.mean = wind_flags.mean_wind(),
+                  .turbulence_intensity = intensity,
+                  .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
+                  .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
+                  .seed = wind_flags.seed};
     if (wind == "stam-printed") {
       stam.rows = StamRows::as_printed;
       stam.cutoff = 1e-4;  // its tails are not normalised away
@@ -133,7 +135,11 @@ std::vector<const LoopFormat*> AnimateCommand::output_formats() const {
   const bool format_has_use = std::any_of(outputs.begin(), outputs.end(), nameless);
   std::vector<const LoopFormat*> formats;
   for (const std::string& path : outputs) {
-    const std::string& named = nameless(path) || !format_has_use ? format : "";
+    if (nameless(path) && format.empty()) {
+      throw InputError("-o " + path, "has no extension that says what to write",
+                       "one, or --format with glb, html, csv or png");
+    }
+    const std::string named = nameless(path) || !format_has_use ? format : "";
     formats.push_back(&loop_formats()[format_of({"-o", path}, named, names)]);
     if (formats.back()->name == "html" && !can_write_html()) {
       throw Error("-o " + path + ": this program was built without Node.js, which the viewer needs");
@@ -170,11 +176,11 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        flags_in_group(flags, wind_group, {"--wind", "--heading"})},
       {is_field(), with_wind, "--wind turbulent: a field has one realisation", {"--transfer"}},
       {is_stam(), with_wind, "--wind turbulent",
-       flags_in_group(
-           flags, wind_group,
-           {"--wind", "--wind-speed", "--reference-height", "--heading", "--terrain", "--profile",
-            "--turbulence-intensity", "--power-exponent", "--roughness-length", "--displacement",
-            "--canopy-height", "--canopy-decay", "--seed", "--correlation-time", "--correlation-length"})},
+       flags_in_group(flags, wind_group,
+                      {"--wind", "--wind-speed", "--reference-height", "--heading", "--terrain", "--profile",
+                       "--turbulence-intensity", "--friction-velocity", "--power-exponent",
+                       "--roughness-length", "--displacement", "--canopy-height", "--canopy-decay", "--seed",
+                       "--correlation-time", "--correlation-length"})},
       {!is_stam(),
        with_wind,
        "--wind stam or stam-printed, whose filter it sets",
@@ -314,9 +320,11 @@ void AnimateCommand::run(const CLI::App& flags) const {
           ", and all are taken"});
     options.modes.count = all_modes;
   }
+  log.begin("surface");
   Surface surface = mesh_surface(skeleton);
   surface.bark_color = plant.imported.colors.bark.value_or(surface.bark_color);
   surface.leaf_color = plant.imported.colors.leaf.value_or(surface.leaf_color);
+  log.finish();
   std::vector<std::string> large;
   check_size({.node_count = static_cast<double>(skeleton.node_count()),
               .vertex_count = static_cast<double>(surface.vertex_count()),

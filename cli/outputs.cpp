@@ -131,11 +131,9 @@ std::size_t format_of(const Place& place, const std::string& named, const std::v
                                                  [&](const Format& format) { return format.name == name; }) -
                                     formats.begin());
   };
-  std::string names, extensions;
+  std::string extensions;
   for (const Format& format : formats) {
-    const char* comma = names.empty() ? "" : ", ";
-    names.append(comma).append(format.name);
-    extensions.append(comma).append(".").append(format.name);
+    extensions.append(extensions.empty() ? "." : ", .").append(format.name);
     extensions.append(" (").append(format.what).append(")");
   }
   const std::string extension = lower_extension(place.path);
@@ -150,8 +148,7 @@ std::size_t format_of(const Place& place, const std::string& named, const std::v
   }
   if (!named.empty()) return index_of(named);
   if (by_default >= 0) return static_cast<std::size_t>(by_default);
-  throw InputError(shown(place), "has no extension that says what to write",
-                   formats.size() == 1 ? extensions : "one, or --format with " + names);
+  throw InputError(shown(place), "has no extension that says what to write", extensions);
 }
 
 }  // namespace tremula::cli

@@ -71,7 +71,7 @@ struct Format {
 };
 
 // Which of the formats `path` asks for by its extension. Where it has none (standard output), the one that is
-// named decides, else the one by default (-1: it must be named). Throws InputError.
+// named decides, else the one by default (-1: there is none). Throws InputError.
 std::size_t format_of(const Place& place, const std::string& named, const std::vector<Format>& formats,
                       int by_default = -1);
 

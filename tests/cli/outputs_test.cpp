@@ -1,11 +1,13 @@
 // Where results go: never over an input or another output, all or none, and nothing left behind.
-#include "cli/program.hpp"
+#include "cli/outputs.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include "cli/program.hpp"
 
 #include <chrono>
 #include <csignal>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -13,6 +15,8 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "tremula/base/error.hpp"
 
 namespace tremula {
 namespace {
@@ -72,7 +76,7 @@ TEST(Outputs, NeverReplaceEachOther) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "sub");
   fs::create_symlink("../a.csv", folder / "sub/b.csv");
-  for (const std::string arguments :
+  for (const std::string& arguments :
        {quick + "-o a.csv -o a.csv", quick + "-o a.csv -o ./a.csv", quick + "-o a.csv -o sub/../a.csv",
         quick + "-o a.csv -o sub/b.csv", quick + "-o - --format csv --report -",
         std::string("modes stam-17 --plot -")}) {
@@ -99,9 +103,9 @@ TEST(Outputs, AFlagTakesOneFileAndMayBeRepeated) {
 TEST(Outputs, AreAllWrittenOrNone) {
   const TemporaryFolder folder;
   std::ofstream(folder / "a.csv") << "old";
-  for (const std::string line :
+  for (const std::string& line :
        {quick + "-o a.csv -o a.png -o /dev/full --format csv", quick + "-o a.csv -o a.png --report /dev/full",
-        "wind --points 3x3 --steps 32 -o a.bts -o a.vti --plot a.svg --report /dev/full",
+        std::string("wind --points 3x3 --steps 32 -o a.bts -o a.vti --plot a.svg --report /dev/full"),
         std::string("modes stam-17 -o a.csv --plot /dev/full")}) {
     const Outcome outcome = run(folder, line);
     EXPECT_EQ(outcome.code, 1) << line << outcome.messages;
@@ -218,6 +222,23 @@ TEST(Outputs, ThatWouldNotFitAreRefusedWithTheNumber) {
   const Outcome all = run(folder, quick + "--modes 100000 -o a.csv");
   EXPECT_EQ(all.code, 0);
   EXPECT_THAT(all.messages, HasSubstr("warning: --modes 100000: the plant has 102, and all are taken"));
+}
+
+TEST(TextOf, RefusesANumberThatIsNotFiniteAndSaysWhere) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(cli::text_of({{"a", 0.5}, {"b", {1, nullptr, "nan"}}}),
+            "{\n \"a\": 0.5,\n \"b\": [\n  1,\n  null,\n  \"nan\"\n ]\n}\n");
+  try {
+    cli::text_of({{"motion", {{"rms_m", cli::Json::array({1.0, nan})}}}});
+    FAIL() << "wrote a number that is not finite";
+  } catch (const Error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("/motion/rms_m/1 is nan"));
+  }
+}
+
+TEST(Printed, RefusesANumberThatIsNotFinite) {
+  EXPECT_EQ(cli::printed("%d %.2f %s", 3, 0.5, "nan"), "3 0.50 nan");
+  EXPECT_THROW(cli::printed("%.2f", std::numeric_limits<double>::infinity()), Error);
 }
 
 // Starts a run that has one temporary file and waits for a reader of its second output, which never comes.

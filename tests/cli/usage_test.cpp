@@ -81,8 +81,8 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
     const std::string name = flag.substr(0, flag.find(' '));
     expect_refused(animate + "--wind field.bts " + flag, {name + ": given with --wind field.bts"});
   }
-  for (const std::string flag : {"--spectrum iec-kaimal", "--coherence iec", "--friction-velocity 1",
-                                 "--decay-y 1,2,3", "--amplitudes phases"}) {
+  for (const std::string flag :
+       {"--spectrum iec-kaimal", "--coherence iec", "--decay-y 1,2,3", "--amplitudes phases"}) {
     expect_refused(animate + "--wind stam " + flag, {": given with --wind stam"});
   }
   expect_refused(animate + "--correlation-time 2", {"--correlation-time: given with --wind turbulent"});

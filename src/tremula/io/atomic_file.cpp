@@ -239,11 +239,14 @@ void AtomicFile::finish() {
 // Kept, the old file stands under the name beside until forget_old().
 void AtomicFile::take_name(bool keep_old) {
   const char *from = beside_->path.c_str(), *to = target_.c_str();
-  if (keep_old && ::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_EXCHANGE) == 0) {
+  struct stat status;
+  const bool exists = ::lstat(to, &status) == 0;
+  // Since the file was begun, anything may have come there; an exchange would take a folder too.
+  if (exists && S_ISDIR(status.st_mode)) cannot_write(path_, EISDIR);
+  if (exists && keep_old && ::renameat2(AT_FDCWD, from, AT_FDCWD, to, RENAME_EXCHANGE) == 0) {
     beside_->state = Beside::swapped_with_old;
     return;
   }
-  const bool exists = ::access(to, F_OK) == 0;
   if (::rename(from, to) != 0) cannot_write(path_, errno);
   beside_->state = exists ? Beside::replaced_old : Beside::first_of_its_name;
 }
