@@ -1,5 +1,6 @@
 #include "tremula/wind/point_wind.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/wind/field_at_points.hpp"
 #include "tremula/wind/wind_at_points.hpp"
@@ -67,6 +68,9 @@ PointWind at_points(const GivenWind& wind, const TimeAxis& loop, const Eigen::Ma
 }  // namespace
 
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  check_at_least("points in the wind", points.cols(), 1);
+  if (!points.allFinite())
+    throw InputError("points in the wind", "one that is not finite", "finite coordinates");
   return std::visit([&](const auto& kind) { return at_points(kind, loop, points); }, wind);
 }
 
