@@ -36,6 +36,15 @@ struct Found {
   const ModeQuality& quality;
 };
 
+// That the list ends among equal modes, where it does.
+std::string equal_modes_note(const Modes& modes) {
+  if (modes.equal_left_out == 0) return "";
+  const bool one = modes.equal_left_out == 1;
+  return "the list ends within a cluster of " + std::to_string(modes.equal_to_last) + " equal modes; " +
+         std::to_string(modes.equal_left_out) + (one ? " more lies" : " more lie") +
+         " at the same frequency\n";
+}
+
 std::string as_table(const Found& found) {
   const auto& [plant, modes, quality] = found;
   const Eigen::MatrixX3d percent = 100 * quality.effective_mass_share();
@@ -50,7 +59,8 @@ std::string as_table(const Found& found) {
                     percent(r, 2));
   }
   const Eigen::RowVector3d sum = percent.colwise().sum();
-  return text + printed("%67s %9.3f %9.3f %9.3f\n", "all listed", sum[0], sum[1], sum[2]);
+  return text + printed("%67s %9.3f %9.3f %9.3f\n", "all listed", sum[0], sum[1], sum[2]) +
+         equal_modes_note(modes);
 }
 
 std::string as_csv(const Found& found) {
@@ -98,6 +108,8 @@ Json as_json(const Found& found, const StructureOptions& structure, const Json& 
           {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},
           {"count_found", modes.count_below},
           {"count_by_inertia", modes.count_by_inertia},
+          {"equal_to_last", modes.equal_to_last},
+          {"equal_left_out", modes.equal_left_out},
           {"operator_count", modes.operator_count},
           {"repairs", describe(plant)["repairs"]},
           {"warnings", warnings},

@@ -1,5 +1,6 @@
 #include "tremula/dynamics/modal_load_spectrum.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/random.hpp"
 
@@ -15,6 +16,10 @@ namespace tremula {
 
 Eigen::MatrixXcd modal_load_spectrum(const TurbulentWind& wind, const Eigen::Matrix3Xd& points,
                                      const Eigen::MatrixXd& participation, double frequency) {
+  check_equal("rows of the participation", participation.rows(), 3 * points.cols());
+  if (!(std::isfinite(frequency) && frequency > 0)) {
+    throw InputError("frequency", std::to_string(frequency), "above 0 Hz");
+  }
   const Eigen::Index count = points.cols(), modes = participation.cols();
   if (wind.covariance_uw != 0) {
     throw InputError("covariance of u and w", std::to_string(wind.covariance_uw),
@@ -58,6 +63,8 @@ Eigen::MatrixXcd draw_modal_forces(const Eigen::MatrixXcd& spectrum, double peri
   if (!std::isfinite(period) || period <= 0) {
     throw InputError("period", std::to_string(period), "above 0 s");
   }
+  check_equal("columns of the spectrum", spectrum.cols(), spectrum.rows());
+  if (draws < 1 || draws > 128) throw InputError("draws", std::to_string(draws), "1 to 128");
   const Eigen::Index modes = spectrum.rows();
   Eigen::MatrixXcd noise(modes, draws);
   for (int draw = 0; draw < draws; ++draw) {

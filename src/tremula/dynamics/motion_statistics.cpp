@@ -6,6 +6,7 @@
 namespace tremula {
 
 MotionStatistics motion_statistics(const Modes& modes, const Motion& motion) {
+  check_fit(modes, motion);
   const Eigen::MatrixXd covariance =
       motion.coordinates.transpose() * motion.coordinates / static_cast<double>(motion.sample_count());
   MotionStatistics statistics;

@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/geometry/axes.hpp"
+#include "tremula/geometry/skeleton_checks.hpp"
 
 #include <algorithm>
 #include <array>
@@ -460,6 +461,7 @@ void check_options(const SurfaceOptions& options) {
 }  // namespace
 
 Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options) {
+  check_skeleton(skeleton, "skeleton", {.branches_without_length = true, .leaves_of_any_shape = true});
   check_options(options);
   const Tubes tubes = measure_tubes(skeleton, options);
   Surface surface;

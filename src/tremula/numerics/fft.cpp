@@ -1,5 +1,7 @@
 #include "tremula/numerics/fft.hpp"
 
+#include "tremula/base/check.hpp"
+
 #include <algorithm>
 #include <complex>
 #include <mutex>
@@ -17,6 +19,8 @@ namespace tremula {
 #ifdef TREMULA_FFT_kissfft
 
 Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, int sample_count) {
+  check_at_least("samples of a series", sample_count, 1);
+  check_equal("bins of the half spectra", half_spectra.rows(), sample_count / 2 + 1);
   const auto count = static_cast<std::size_t>(sample_count);
   kissfft<double> transform(count, true);
   std::vector<std::complex<double>> spectrum(count), series(count);
@@ -35,6 +39,7 @@ Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, 
 }
 
 Eigen::MatrixXcd half_spectra_from_samples(const Eigen::MatrixXd& samples) {
+  check_at_least("samples of a series", samples.rows(), 1);
   const auto count = static_cast<std::size_t>(samples.rows());
   kissfft<double> transform(count, false);
   std::vector<std::complex<double>> series(count), spectrum(count);
@@ -129,6 +134,8 @@ std::mutex planner;  // FFTW plans may run side by side but not be made so
 }
 
 Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, int sample_count) {
+  check_at_least("samples of a series", sample_count, 1);
+  check_equal("bins of the half spectra", half_spectra.rows(), sample_count / 2 + 1);
   Eigen::MatrixXcd spectra = half_spectra;  // FFTW overwrites its input
   Eigen::MatrixXd samples(sample_count, spectra.cols());
   auto* in = reinterpret_cast<fftw_complex*>(spectra.data());
@@ -145,6 +152,7 @@ Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, 
 }
 
 Eigen::MatrixXcd half_spectra_from_samples(const Eigen::MatrixXd& samples) {
+  check_at_least("samples of a series", samples.rows(), 1);
   Eigen::MatrixXd series = samples;
   const int count = static_cast<int>(series.rows()), columns = static_cast<int>(series.cols());
   Eigen::MatrixXcd spectra(count / 2 + 1, columns);

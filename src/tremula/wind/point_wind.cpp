@@ -1,5 +1,6 @@
 #include "tremula/wind/point_wind.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/wind/field_at_points.hpp"
@@ -105,6 +106,9 @@ PointWind at_points(const OwnWind& wind, const TimeAxis& loop, const Eigen::Matr
 }  // namespace
 
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  check_at_least("points in the wind", points.cols(), 1);
+  if (!points.allFinite())
+    throw InputError("points in the wind", "one that is not finite", "finite coordinates");
   return std::visit([&](const auto& kind) { return at_points(kind, loop, points); }, wind);
 }
 

@@ -1,5 +1,6 @@
 #include "tremula/wind/stam_wind.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/numerics/random.hpp"
@@ -38,6 +39,10 @@ StamWindAtPoints::StamWindAtPoints(const StamWind& wind, const TimeAxis& axis, c
       speeds_(points.cols()),
       filter_(points) {
   check_stam_wind(wind);
+  check_at_least("samples of the loop", axis.sample_count, 1);
+  if (!(std::isfinite(axis.period) && axis.period > 0)) {
+    throw InputError("period of the loop", std::to_string(axis.period), "above 0 s");
+  }
   for (Eigen::Index k = 0; k < points.cols(); ++k) speeds_[k] = mean_speed(wind.mean, heights_[k]);
 }
 
