@@ -105,7 +105,7 @@ TEST_P(WritingInMemory, StandsAFailingAllocationWhereverItIsAndLeavesNoFile) {
   EXPECT_EQ(read_file(path), right) << "after all these failures";
 }
 
-const auto name_of = [](const auto& info) { return info.param.name; };
+const auto name_of = [](const auto& instance) { return instance.param.name; };
 INSTANTIATE_TEST_SUITE_P(Every, ReadingInMemory, testing::ValuesIn(test::read_tasks()), name_of);
 INSTANTIATE_TEST_SUITE_P(Every, WritingInMemory, testing::ValuesIn(test::write_tasks()), name_of);
 

@@ -129,7 +129,7 @@ TEST_P(ReadingFiles, SaysWhereverACallFails) {
   EXPECT_GE(failed, 2) << "open and read at least";
 }
 
-const auto name_of = [](const auto& info) { return info.param.name; };
+const auto name_of = [](const auto& instance) { return instance.param.name; };
 INSTANTIATE_TEST_SUITE_P(Every, ReadingFiles, testing::ValuesIn(test::read_tasks()), name_of);
 INSTANTIATE_TEST_SUITE_P(Every, WritingFiles, testing::ValuesIn(test::write_tasks()), name_of);
 

@@ -69,9 +69,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"Grow", "grow stam-17 -o a.swc", 1},
         Case{"Modes", "modes tree.swc --count 3 -o a.json --plot b.svg", 2},
         Case{"ModesToStdout", "modes tree.swc --count 3", 0}, Case{"InfoToStdout", "info tree.swc", 0},
-        Case{"Wind", "wind --speed 8 --steps 16 --points 2x2 -o a.bts -o b.vti --report c.json",
-             3}),
-    [](const auto& info) { return info.param.name; });
+        Case{"Wind", "wind --speed 8 --steps 16 --points 2x2 -o a.bts -o b.vti --report c.json", 3}),
+    [](const auto& instance) { return instance.param.name; });
 
 }  // namespace
 }  // namespace tremula

@@ -45,7 +45,7 @@ std::vector<std::string> names() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, Fuzz, testing::ValuesIn(names()),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& instance) { return instance.param; });
 
 // ---- What the harnesses themselves promise
 

@@ -128,12 +128,12 @@ std::vector<std::string> all_skeleton_words() {
   return words;
 }
 
-bool is_one_printable_line(std::string_view message) {
-  return message.size() < 1000 &&
-         std::all_of(message.begin(), message.end(), [](char c) { return c >= 0x20 && c < 0x7F; });
-}
-
 }  // namespace
+
+bool is_printable(std::string_view text) {
+  return text.size() < 1000 &&
+         std::all_of(text.begin(), text.end(), [](char c) { return c >= 0x20 && c < 0x7F; });
+}
 
 const std::vector<Harness>& harnesses() {
   static const std::vector<Harness> all = {
@@ -167,7 +167,7 @@ bool taken(const std::function<void()>& read) {
     return true;
   } catch (const InputError& error) {
     const std::string_view message = error.what();
-    if (!is_one_printable_line(message) || !message.starts_with(input_name))
+    if (!is_printable(message) || !message.starts_with(input_name))
       throw Broken("refused, but not in one line that names the input: " + std::string(message));
     return false;
   }

@@ -34,6 +34,8 @@ inline void require(bool promise, const char* what) {
 // The name under which harnesses give bytes to readers.
 inline const std::string input_name = "input";
 
+bool is_printable(std::string_view text);  // and short: what an error may say
+
 // True where the reader takes the input; false where it refuses it as readers should: with an InputError of
 // one printable line that begins with the name of the input. Everything else is passed on.
 bool taken(const std::function<void()>& read);

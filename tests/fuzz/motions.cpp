@@ -1,10 +1,10 @@
 // Trees from files on their whole way: baked, animated, and encoded as what leaves the program.
+#include "tremula/base/error.hpp"
 #include "tremula/io/gltf.hpp"
 #include "tremula/io/pose_table.hpp"
 #include "tremula/io/skeleton_files.hpp"
 #include "tremula/pipeline.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstring>
@@ -77,15 +77,14 @@ void require_finite_text(std::string_view text) {
 }
 
 bool taken_by_stages(const std::function<void()>& work) {
+  std::string refusal;
   try {
     work();
-    return true;
   } catch (const InputError& error) {
-    const std::string_view message = error.what();
-    require(std::all_of(message.begin(), message.end(), [](char c) { return c >= 0x20 && c < 0x7F; }),
-            "a stage refuses its input, but not in one printable line");
-    return false;
+    refusal = error.what();
   }
+  require(is_printable(refusal), "a stage refuses its input, but not in one printable line");
+  return refusal.empty();
 }
 
 void try_motion(std::string_view bytes) {

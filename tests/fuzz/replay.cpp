@@ -6,10 +6,10 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "harness.hpp"
+#include "mutate.hpp"
 
 namespace tremula::fuzz {
 namespace {
@@ -37,18 +37,44 @@ void write_seeds(const Harness& harness, const std::string& folder) {
   write_file_atomically(folder + ".dict", dictionary);
 }
 
-void run(const std::vector<std::string>& arguments) {
+int try_mutants(const Harness& harness, std::uint64_t count, std::uint64_t first) {
+  const std::vector<std::string> seeds = harness.seeds();
+  int findings = 0;
+  for (std::uint64_t number = first; number < first + count; ++number) {
+    const std::string bytes = mutant(seeds, harness.words, number);
+    try {
+      harness.try_input(bytes);
+    } catch (const std::exception& error) {
+      const std::string file = harness.name + "-mutant-" + std::to_string(number);
+      write_file_atomically(file, bytes);
+      std::cout << file << ": " << error.what() << '\n';
+      ++findings;
+    }
+  }
+  return findings;
+}
+
+// The number of findings.
+int run(const std::vector<std::string>& arguments) {
   if (arguments.size() == 1 && arguments[0] == "--list") {
     for (const Harness& harness : harnesses()) std::cout << harness.name << '\n';
-    return;
+    return 0;
   }
-  if (arguments.size() < 2) throw Broken("wanted HARNESS FILE..., HARNESS --seeds FOLDER or --list");
+  if (arguments.size() < 2)
+    throw Broken("wanted HARNESS FILE..., HARNESS --seeds FOLDER, HARNESS --mutants COUNT or --list");
   const Harness& harness = harness_named(arguments[0]);
-  if (arguments.size() == 3 && arguments[1] == "--seeds") return write_seeds(harness, arguments[2]);
+  if (arguments[1] == "--mutants" && arguments.size() > 2)
+    return try_mutants(harness, std::stoull(arguments[2]),
+                       arguments.size() > 3 ? std::stoull(arguments[3]) : 0);
+  if (arguments.size() == 3 && arguments[1] == "--seeds") {
+    write_seeds(harness, arguments[2]);
+    return 0;
+  }
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     harness.try_input(read_file(arguments[i]));
     std::cout << arguments[i] << ": nothing found\n";
   }
+  return 0;
 }
 
 }  // namespace
@@ -56,8 +82,7 @@ void run(const std::vector<std::string>& arguments) {
 
 int main(int argc, char** argv) {
   try {
-    tremula::fuzz::run({argv + 1, argv + argc});
-    return 0;
+    return tremula::fuzz::run({argv + 1, argv + argc}) == 0 ? 0 : 1;
   } catch (const std::exception& error) {
     std::cerr << "fuzz_replay: " << error.what() << '\n';
     return 1;

@@ -39,7 +39,7 @@ void check_field_round_trip(const WindField& field) {
           "a TurbSim file written, read and written again has other bytes");
 }
 
-void require_finite(const WindField& field) {
+void require_finite_velocities(const WindField& field) {
   for (const auto* values : {&field.velocity, &field.tower}) {
     for (const std::vector<float>& component : *values) require_finite(component, "a velocity");
   }
@@ -53,7 +53,7 @@ void try_turbsim(std::string_view bytes) {
   require(bytes_written([&](const std::string& path) { write_turbsim(path, file); }) == bytes,
           "a TurbSim file read and written has other bytes");
   const WindField field = wind_field(file);
-  require_finite(field);
+  require_finite_velocities(field);
   check_field_round_trip(field);
 }
 
