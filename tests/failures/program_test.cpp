@@ -1,6 +1,8 @@
 // The program on a disk that fails: exit code 1, one line that says so, and none of its outputs.
 #ifdef TREMULA_PROGRAM
 
+#include <ostream>
+
 #include <gtest/gtest.h>
 
 #include "cli/program.hpp"
@@ -35,6 +37,8 @@ struct Case {
   const char* arguments;
   std::size_t outputs;
 };
+
+std::ostream& operator<<(std::ostream& out, const Case& one) { return out << one.name; }
 
 class Program : public testing::TestWithParam<Case> {};
 

@@ -82,7 +82,8 @@ const std::vector<WriteTask>& write_tasks() {
         {"TurbSimField", [](const std::string& path) { write_turbsim(path, loop().field); }},
         {"Vti", [](const std::string& path) { write_vti(path, loop().field); }},
         {"Glb",
-         [](const std::string& path) { write_glb(path, loop().surface, morphs(MorphForm::paired), {}); }},
+         [](const std::string& path) { write_glb(path, loop().surface, morphs(MorphForm::paired), {}); },
+         true},
         {"PoseTable",
          [](const std::string& path) {
            write_file_atomically(path, encode_pose_table(loop().subject.skeleton, loop().subject.modes,
@@ -98,9 +99,11 @@ const std::vector<WriteTask>& write_tasks() {
          }},
     };
     if (can_write_html()) {
-      all.push_back({"Html", [](const std::string& path) {
+      all.push_back({"Html",
+                     [](const std::string& path) {
                        write_html(path, loop().surface, morphs(MorphForm::signed_weights), {});
-                     }});
+                     },
+                     true});
     }
     return all;
   }();
