@@ -26,6 +26,10 @@ namespace tremula {
 // further. 1 for one point.
 int periodic_length(int points, double spacing, double decay, double tolerance);
 
+// The next whole number from x >= 0 on, but for rounding: the last bit of a logarithm or of a distance, which
+// another machine may round otherwise, must not make another plane and with it another wind.
+int whole_number_from(double x);
+
 // What one thread needs, for the bins of one plane after the other.
 struct CoherentPlaneWork {
   FftArray<std::complex<float>> plane;                 // (rows x pitch): coefficients, then the field
