@@ -169,7 +169,7 @@ std::size_t row_nearest(const WindGrid& grid, double height) {
 // Where the result may not be what was meant.
 void advise(const TurbulentWind& wind, const WindGrid& grid, const SynthesisReport& report,
             bool match_variance) {
-  const double intensity = turbulence_intensity_of(wind);
+  const double intensity = at_reference_height(wind).intensity.value_or(0);
   if (intensity > 0.4) {
     warn("turbulence intensity " + number(intensity) +
          ": above 0.4 the wind blows backwards at times, and gusts are no longer carried by one mean speed");

@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/spectrum_table.hpp"
+#include "tremula/wind/point_wind.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -69,6 +70,10 @@ SpectrumModel spectrum_from_file(const std::string& path) {
   return table_spectrum(read_spectrum_table(path));
 }
 
+bool takes_lengths(SpectrumKind kind) {
+  return kind == SpectrumKind::iec_kaimal || kind == SpectrumKind::von_karman;
+}
+
 void override_decay(const std::vector<double>& given, const char* flag, CoherenceKind kind,
                     std::array<double, 3>& decay) {
   if (given.empty()) return;
@@ -104,6 +109,9 @@ void WindFlags::add_to(CLI::App& command, const WindFlagNames& names) {
   add("--coherence", coherence,
       "How far gusts reach: shinya-fournier, iec, davenport or none (default: iec with iec-kaimal and "
       "von-karman, else shinya-fournier)");
+  add("--iec-edition", iec_edition,
+      "Of IEC 61400-1, for the lengths of iec-kaimal and von-karman and the coherence iec: 2 or 3")
+      ->default_str("3");
   add("--terrain", terrain,
       "What the ground is: " + terrain_names() +
           ". Sets roughness, displacement, canopy and with them the intensity, as far as they are not given");
@@ -161,6 +169,17 @@ MeanWind WindFlags::mean_wind() const {
   return mean;
 }
 
+double WindFlags::intensity(const MeanWind& mean) const {
+  if (turbulence_intensity) return *turbulence_intensity;
+  if (!friction_velocity) return terrain ? turbulence_intensity_of(mean) : default_turbulence_intensity;
+  if (*friction_velocity == 0) return 0;
+  if (speed == 0) {
+    throw InputError("--friction-velocity", std::to_string(*friction_velocity) + " m/s in a wind of 0 m/s",
+                     "a mean wind to carry the gusts, or 0");
+  }
+  return std::sqrt(6.0) * *friction_velocity / speed;
+}
+
 TurbulentWind WindFlags::wind() const {
   const MeanWind mean = mean_wind();
   const std::optional<SpectrumKind> model = model_named(spectrum);
@@ -168,25 +187,22 @@ TurbulentWind WindFlags::wind() const {
     throw InputError(turbulence_intensity ? "--turbulence-intensity" : "--friction-velocity",
                      "given with the table " + spectrum, "none: measured spectra stay as they are");
   }
-  double intensity = default_turbulence_intensity;
-  if (terrain) intensity = tremula::turbulence_intensity_of(mean);
-  if (friction_velocity) intensity = std::sqrt(6.0) * *friction_velocity / speed;
-  intensity = turbulence_intensity.value_or(intensity);
-
+  const IecEdition edition = tremula::iec_edition(iec_edition.value_or(3));
   TurbulentWind wind =
-      turbulent_wind(mean, model ? intensity : 0, model.value_or(SpectrumKind::simiu_scanlan));
+      turbulent_wind(mean, model ? intensity(mean) : 0, model.value_or(SpectrumKind::simiu_scanlan), edition);
   if (!model) wind.spectrum = spectrum_from_file(spectrum);
-  if (coherence) wind.coherence = coherence_model(coherence_named(*coherence), mean);
+  if (coherence) wind.coherence = coherence_model(coherence_named(*coherence), mean, edition);
+  if (iec_edition && !takes_lengths(wind.spectrum.kind) && wind.coherence.kind != CoherenceKind::iec) {
+    throw InputError("--iec-edition",
+                     "given with " + spectrum + " and coherence " + tremula::name_of(wind.coherence.kind),
+                     "iec-kaimal, von-karman or the coherence iec, whose lengths it sets");
+  }
   override_decay(decay_y, "--decay-y", wind.coherence.kind, wind.coherence.decay_y);
   override_decay(decay_z, "--decay-z", wind.coherence.kind, wind.coherence.decay_z);
   wind.amplitudes = amplitudes == "phases" ? Amplitudes::phases_only : Amplitudes::gaussian;
   wind.seed = seed;
   check_turbulent_wind(wind);
   return wind;
-}
-
-double turbulence_intensity_of(const TurbulentWind& wind) {
-  return wind.mean.speed > 0 ? std::sqrt(spectrum_variance(wind.spectrum)[0]) / wind.mean.speed : 0;
 }
 
 Json describe(const WindFlags& flags, const TurbulentWind& wind) {
@@ -204,12 +220,13 @@ Json describe(const WindFlags& flags, const TurbulentWind& wind) {
                {"displacement_m", mean.displacement},
                {"canopy_height_m", mean.canopy_height},
                {"canopy_decay", mean.canopy_decay},
-               {"turbulence_intensity", turbulence_intensity_of(wind)},
+               {"turbulence_intensity", at_reference_height(wind).intensity.value_or(0)},
                {"deviation_m_s", by_component(Vec3(spectrum_variance(wind.spectrum).cwiseSqrt()))}};
   if (wind.spectrum.kind == SpectrumKind::simiu_scanlan)
     json["friction_velocity_m_s"] = wind.spectrum.friction_velocity;
-  if (wind.spectrum.kind == SpectrumKind::iec_kaimal || wind.spectrum.kind == SpectrumKind::von_karman)
-    json["length_m"] = by_component(wind.spectrum.length);
+  if (takes_lengths(wind.spectrum.kind)) json["length_m"] = by_component(wind.spectrum.length);
+  if (takes_lengths(wind.spectrum.kind) || coherence.kind == CoherenceKind::iec)
+    json["iec_edition"] = flags.iec_edition.value_or(3);
   if (coherence.kind == CoherenceKind::shinya_fournier || coherence.kind == CoherenceKind::davenport) {
     json["decay_y"] = by_component(coherence.decay_y);
     json["decay_z"] = by_component(coherence.decay_z);
@@ -232,7 +249,7 @@ std::string terrain_table() {
       std::snprintf(canopy, sizeof canopy, "%15g %12g", terrain.canopy_height, terrain.canopy_decay);
     std::snprintf(line, sizeof line, "%-12s %18g %14g %s %17.2f\n", terrain.name.c_str(),
                   terrain.roughness_length, terrain.displacement, canopy,
-                  tremula::turbulence_intensity_of(mean_wind_over(terrain, 10)));
+                  turbulence_intensity_of(mean_wind_over(terrain, 10)));
     table += line;
   }
   return table;

@@ -24,6 +24,7 @@ struct WindFlags {
   std::string profile = "log", spectrum = "simiu-scanlan", amplitudes = "gaussian";
   std::optional<std::string> coherence, terrain;
   std::optional<double> turbulence_intensity, friction_velocity;  // default_turbulence_intensity, or terrain
+  std::optional<int> iec_edition;
   std::optional<double> power_exponent, roughness_length, displacement, canopy_height, canopy_decay;
   std::vector<double> decay_y, decay_z;  // of u, v, w; empty: those of the model
   std::uint64_t seed = 1;
@@ -31,6 +32,8 @@ struct WindFlags {
   void add_to(CLI::App& command, const WindFlagNames& names = {});
 
   MeanWind mean_wind() const;
+  // At the reference height: as given, or that of the friction velocity, of the terrain, or the default.
+  double intensity(const MeanWind& mean) const;
   // All of it; reads the table where --spectrum names one. Both throw InputError.
   TurbulentWind wind() const;
 };
@@ -39,9 +42,6 @@ inline constexpr double default_turbulence_intensity = 0.2;
 
 // The numbers that count, whether given or taken from models and terrain. With the wind the flags made.
 Json describe(const WindFlags& flags, const TurbulentWind& wind);
-
-// sigma_u over the mean speed at the reference height, whatever the spectrum.
-double turbulence_intensity_of(const TurbulentWind& wind);
 
 // The terrains with their numbers, a line each.
 std::string terrain_table();

@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -23,6 +24,18 @@ struct GivenWind {
 };
 
 using Wind = std::variant<TurbulentWind, StamWind, GivenWind>;
+
+// What any wind is like at its reference height.
+struct ReferenceWind {
+  double speed = 0;                      // mean [m/s]
+  double height = 0;                     // [m]
+  double heading = 0;                    // where it blows to, as MeanWind::heading [degrees]
+  std::optional<double> intensity = {};  // sigma_u / speed; none for gusts without unit or without mean wind
+};
+
+// Of a given field: its Taylor speed, and the deviation of the row nearest to its reference height. Throws
+// InputError where there is no field.
+ReferenceWind at_reference_height(const Wind& wind);
 
 // A wind at fixed points and for one loop. Coefficients in the convention of StamWindAtPoints.
 struct PointWind {
