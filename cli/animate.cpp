@@ -64,12 +64,12 @@ Wind AnimateCommand::chosen_wind() const {
   }
   if (wind == "turbulent") return wind_flags.wind();
   if (stam_wind) {
-    StamWind stam{
-        .mean = wind_flags.mean_wind(),
-        .turbulence_intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity),
-        .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
-        .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
-        .seed = wind_flags.seed};
+    const MeanWind mean = wind_flags.mean_wind();
+    StamWind stam{.mean = mean,
+                  .turbulence_intensity = wind_flags.intensity(mean),
+                  .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
+                  .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
+                  .seed = wind_flags.seed};
     if (wind == "stam-printed") {
       stam.rows = StamRows::as_printed;
       stam.cutoff = 1e-4;  // its tails are not normalised away
@@ -190,18 +190,26 @@ void write_output(const std::string& path, const Loop& loop, std::span<const int
   }
 }
 
+Json describe(const Sway& sway) {
+  return {{"largest_m", sway.displacement},
+          {"largest_rotation_rad", sway.rotation},
+          {"most_moved_branch", sway.branch},
+          {"coordinates_m_sqrt_kg", std::vector<double>(sway.coordinates.begin(), sway.coordinates.end())}};
+}
+
 Json describe(const MotionStatistics& statistics) {
   return {{"largest_lean_m", statistics.largest_lean},
           {"largest_lean_rotation_rad", statistics.largest_lean_rotation},
-          {"largest_rms_m", statistics.largest_rms},
-          {"largest_rms_rotation_rad", statistics.largest_rms_rotation},
-          {"most_moved_branch", statistics.most_moved_branch}};
+          {"rms_about_lean", describe(statistics.about_lean)},
+          {"rms_about_loop_mean", describe(statistics.about_mean)},
+          {"largest_stretch", statistics.largest_stretch},
+          {"most_stretched_branch", statistics.most_stretched_branch}};
 }
 
 Json AnimateCommand::describe_wind(const Wind& chosen) const {
   if (const auto* turbulent = std::get_if<TurbulentWind>(&chosen)) return describe(wind_flags, *turbulent);
   if (const auto* stam = std::get_if<StamWind>(&chosen)) {
-    return {{"speed_m_s", stam->mean.speed},
+    return {{"wind_speed_m_s", stam->mean.speed},
             {"reference_height_m", stam->mean.reference_height},
             {"profile", wind_flags.profile},
             {"roughness_length_m", stam->mean.roughness_length},
@@ -211,10 +219,13 @@ Json AnimateCommand::describe_wind(const Wind& chosen) const {
             {"correlation_length_m", stam->correlation_length}};
   }
   const WindGrid& grid = std::get<GivenWind>(chosen).field->grid;
-  return {{"mean_speed_m_s", grid.mean_speed},
+  const ReferenceWind reference = at_reference_height(chosen);
+  return {{"wind_speed_m_s", reference.speed},
+          {"reference_height_m", reference.height},
+          {"heading_deg", reference.heading},
+          {"turbulence_intensity", reference.intensity ? Json(*reference.intensity) : Json()},
           {"period_s", grid.period()},
-          {"points", {grid.y_count, grid.z_count}},
-          {"heading_deg", wind_flags.heading}};
+          {"points", {grid.y_count, grid.z_count}}};
 }
 
 void AnimateCommand::run() const {
@@ -239,7 +250,7 @@ void AnimateCommand::run() const {
   const Motion motion = set_in_motion(subject, conditions, progress, &warnings);
   log.finish();
 
-  const MotionStatistics statistics = motion_statistics(subject.modes, motion);
+  const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
   for (std::string& line : advice(subject, conditions, statistics)) warnings.push_back(std::move(line));
   for (const std::string& line : warnings) std::cerr << "tremula: warning: " << line << '\n';
 
@@ -247,14 +258,15 @@ void AnimateCommand::run() const {
   Surface surface = mesh_surface(skeleton);
   surface.bark_color = plant.imported.colors.bark.value_or(surface.bark_color);
   surface.leaf_color = plant.imported.colors.leaf.value_or(surface.leaf_color);
+  const ReferenceWind reference = at_reference_height(conditions.wind);
   const Loop loop{plant,
                   subject,
                   motion,
                   surface,
                   {.name = plant.name,
                    .frames_per_second = frames_per_second,
-                   .wind_speed = wind_flags.speed,
-                   .heading = wind_flags.heading,
+                   .wind_speed = reference.speed,
+                   .heading = reference.heading,
                    .seed = wind_flags.seed}};
   for (const std::string& path : outputs) {
     log.begin("write " + lower_extension(path));
