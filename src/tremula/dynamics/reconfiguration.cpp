@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,9 @@ Eigen::VectorXd lean_and_reconfigure(const Structure& structure, const Reconfigu
   constexpr double smallest_angle = 1e-6;
   const double angle = reconfiguration.angle;
   if (!std::isfinite(angle) || (angle != 0 && angle < smallest_angle)) {
-    throw InputError("reconfiguration angle", std::to_string(angle), "0, or 1e-6 rad or more");
+    char found[32];
+    std::snprintf(found, sizeof found, "%g rad", angle);
+    throw InputError("reconfiguration angle", found, "0, or 1e-6 rad or more");
   }
   Eigen::VectorXd lean = solve_static(structure, mean_force(structure, loads));
   if (reconfiguration.angle == 0) return lean;

@@ -112,7 +112,7 @@ Poles find_poles(const ModalSystem& system) {
       throw Error(
           "response: modes of " + brief(system.omega.head(m).minCoeff() / (2 * pi)) + " to " +
           brief(unit / (2 * pi)) + " Hz damped by " + brief(system.damping.diagonal().maxCoeff()) +
-          " /s lie too far apart for double precision; choose stiffer wood, less wind or fewer modes");
+          " /s lie too far apart for double precision; choose less damping, less wind or stiffer wood");
     }
     if (growth >= 0) {
       throw Error(
