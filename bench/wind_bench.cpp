@@ -136,7 +136,7 @@ void coherent_plane_of_a_bin(benchmark::State& state) {
   CoherentPlaneWork work;
   plane.set_coherences({CoherenceDecay{0.3, 0.3}, CoherenceDecay{0.31, 0.31}}, 1, 1, work);
   std::uint32_t bin = 0;
-  for (auto _ : state) plane.draw(Amplitudes::gaussian, 1, RandomStream::wind_u, ++bin, 0, work);
+  for (auto _ : state) plane.draw({.bin = ++bin}, 0, work);
   rate(state, plane_flops(size, size));
 }
 BENCHMARK(coherent_plane_of_a_bin)->Arg(64)->Arg(112)->Unit(benchmark::kMicrosecond);

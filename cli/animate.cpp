@@ -1,30 +1,32 @@
 // tremula animate: a plant in the wind, as a loop in whatever form the outputs' extensions ask for.
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/memory.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
-#include "tremula/io/atomic_file.hpp"
-#include "tremula/io/gltf.hpp"
 #include "tremula/io/html.hpp"
-#include "tremula/io/pose_table.hpp"
 #include "tremula/io/turbsim.hpp"
-#include "tremula/render/render.hpp"
+#include "tremula/structure/plausibility.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <numbers>
 #include <numeric>
 
 #include "commands.hpp"
 #include "common.hpp"
+#include "loop_formats.hpp"
+#include "usage.hpp"
 #include "wind_flags.hpp"
 
 namespace tremula::cli {
 namespace {
 
+constexpr const char* wind_group = "Wind";
+
 struct AnimateCommand {
-  std::string input, report;
+  std::string input, report, format;
   std::vector<std::string> outputs;
   WindFlags wind_flags;
   std::string wind = "turbulent", loads = "linearised", transfer = "bin-averaged";
@@ -36,34 +38,28 @@ struct AnimateCommand {
   bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
   std::string frames;
+  ReadFlags read;
   StructureFlags structure;
   ThreadsFlag threads;
 
+  bool is_stam() const { return wind == "stam" || wind == "stam-printed"; }
+  bool is_field() const { return lower_extension(wind) == ".bts"; }
   Wind chosen_wind() const;
   Json describe_wind(const Wind& chosen) const;
   Weather weather() const;
   std::vector<int> picked_frames(int sample_count) const;
-  void check_outputs() const;
-  void run() const;
-};
-
-// Everything the writers draw from.
-struct Loop {
-  const Plant& plant;
-  const Subject& subject;
-  const Motion& motion;
-  const Surface& surface;
-  LoopInfo info;
+  std::vector<const LoopFormat*> output_formats() const;
+  void check_flags(const CLI::App& flags, const std::vector<const LoopFormat*>& formats) const;
+  std::vector<Place> output_places() const;
+  Json report_of(const Plant& plant, const BakeOptions& options, const Weather& conditions,
+                 const Subject& subject, const Motion& motion, const MotionStatistics& statistics,
+                 const std::vector<std::string>& warnings, const StageLog& log) const;
+  void run(const CLI::App& flags) const;
 };
 
 Wind AnimateCommand::chosen_wind() const {
-  const bool stam_wind = wind == "stam" || wind == "stam-printed";
-  if (!stam_wind && (correlation_time || correlation_length)) {
-    throw InputError(correlation_time ? "--correlation-time" : "--correlation-length",
-                     "given with --wind " + wind, "--wind stam or stam-printed, whose filter it sets");
-  }
   if (wind == "turbulent") return wind_flags.wind();
-  if (stam_wind) {
+  if (is_stam()) {
     const MeanWind mean = wind_flags.mean_wind();
     StamWind stam{.mean = mean,
                   .turbulence_intensity = wind_flags.intensity(mean),
@@ -76,7 +72,7 @@ Wind AnimateCommand::chosen_wind() const {
     }
     return stam;
   }
-  if (lower_extension(wind) == ".bts") {
+  if (is_field()) {
     return GivenWind{std::make_shared<const WindField>(wind_field(read_turbsim(wind))), wind_flags.heading};
   }
   throw InputError("--wind", "'" + wind + "'", "turbulent, stam, stam-printed or a field FILE.bts");
@@ -126,67 +122,108 @@ std::vector<int> AnimateCommand::picked_frames(int sample_count) const {
   return picked;
 }
 
-void AnimateCommand::check_outputs() const {
+// For every output, what is written into it.
+std::vector<const LoopFormat*> AnimateCommand::output_formats() const {
   if (outputs.empty() && report.empty()) {
     throw InputError("animate", "no output", "-o FILE.glb, .html, .csv or .png, or --report FILE.json");
   }
+  if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
+  const std::vector<Format> names(loop_formats().begin(), loop_formats().end());
+  const auto nameless = [](const std::string& path) { return lower_extension(path).empty(); };
+  const bool format_has_use = std::any_of(outputs.begin(), outputs.end(), nameless);
+  std::vector<const LoopFormat*> formats;
   for (const std::string& path : outputs) {
-    const std::string extension = lower_extension(path);
-    if (extension != ".glb" && extension != ".html" && extension != ".csv" && extension != ".png") {
-      throw InputError("-o " + path, "'" + extension + "'",
-                       ".glb, .html, .csv (poses) or .png (contact sheet)");
+    if (nameless(path) && format.empty()) {
+      throw InputError("-o " + path, "has no extension that says what to write",
+                       "one, or --format with glb, html, csv or png");
     }
-    if (extension == ".html" && !can_write_html()) {
+    const std::string named = nameless(path) || !format_has_use ? format : "";
+    formats.push_back(&loop_formats()[format_of({"-o", path}, named, names)]);
+    if (formats.back()->name == "html" && !can_write_html()) {
       throw Error("-o " + path + ": this program was built without Node.js, which the viewer needs");
     }
   }
+  return formats;
 }
 
-void write_contact_sheet(const std::string& path, const Loop& loop) {
-  constexpr int columns = 4, rows = 3, cells = columns * rows;
-  std::vector<std::vector<Eigen::Vector3f>> positions, normals;
-  std::vector<Eigen::Vector3f> everywhere;
-  std::vector<std::string> labels;
-  for (int i = 0; i < cells; ++i) {
-    const double time = loop.motion.period * i / cells;
-    const SurfaceDelta delta =
-        deform_surface(loop.subject.skeleton, loop.surface,
-                       displacement_at(loop.subject.modes, loop.motion, time), &loop.subject.structure);
-    positions.push_back(loop.surface.position);
-    normals.push_back(loop.surface.normal);
-    for (std::size_t v = 0; v < loop.surface.vertex_count(); ++v) {
-      positions.back()[v] += delta.position[v];
-      normals.back()[v] = (normals.back()[v] + delta.normal[v]).normalized();
-    }
-    everywhere.insert(everywhere.end(), positions.back().begin(), positions.back().end());
-    char label[32];
-    std::snprintf(label, sizeof label, "t = %.2f s", time);
-    labels.emplace_back(label);
-  }
-  // Seen across the wind, so that lean and sway show.
-  const double azimuth = (loop.info.heading - 105) * std::numbers::pi / 180;
-  const Camera camera = frame_points(everywhere, azimuth, 0.12, 1);
-  std::vector<Image> images;
-  for (int i = 0; i < cells; ++i) {
-    const auto cell = static_cast<std::size_t>(i);
-    images.push_back(
-        render_surface(loop.surface, positions[cell], normals[cell], camera, {.width = 400, .height = 400}));
-  }
-  write_file_atomically(path, encode_png(contact_sheet(images, columns, labels)));
+std::vector<Place> AnimateCommand::output_places() const {
+  std::vector<Place> places{{"--report", report}};
+  for (const std::string& path : outputs) places.push_back({"-o", path});
+  return places;
 }
 
-void write_output(const std::string& path, const Loop& loop, std::span<const int> frames) {
-  const std::string extension = lower_extension(path);
-  const auto morphs = [&](MorphForm form) {
-    return make_morph_targets(loop.subject.skeleton, loop.surface, loop.subject.modes, loop.motion, form,
-                              &loop.subject.structure);
+std::vector<std::string> flags_in_group(const CLI::App& command, const char* group,
+                                        std::initializer_list<std::string_view> but) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();
+    if (option->get_group() == group && std::find(but.begin(), but.end(), name) == but.end())
+      flags.push_back(name);
+  }
+  return flags;
+}
+
+void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const LoopFormat*>& formats) const {
+  const bool table =
+      std::any_of(formats.begin(), formats.end(), [](const LoopFormat* each) { return each->name == "csv"; });
+  const std::string with_wind = "given with --wind " + wind;
+  const IdleFlags rules[] = {
+      {formats.empty(), "given without -o", "an output that it shapes", {"--format"}},
+      {!table, "given without a table of poses", "-o FILE.csv", {"--frames"}},
+      {is_field(), with_wind, "--wind turbulent: a field is taken as it is",
+       flags_in_group(flags, wind_group, {"--wind", "--heading"})},
+      {is_field(), with_wind, "--wind turbulent: a field has one realisation", {"--transfer"}},
+      {is_stam(), with_wind, "--wind turbulent",
+       flags_in_group(flags, wind_group,
+                      {"--wind", "--wind-speed", "--reference-height", "--heading", "--terrain", "--profile",
+                       "--turbulence-intensity", "--friction-velocity", "--power-exponent",
+                       "--roughness-length", "--displacement", "--canopy-height", "--canopy-decay", "--seed",
+                       "--correlation-time", "--correlation-length"})},
+      {!is_stam(),
+       with_wind,
+       "--wind stam or stam-printed, whose filter it sets",
+       {"--correlation-time", "--correlation-length"}},
+      {mass_damping.has_value(),
+       "given with --mass-damping",
+       "one of them",
+       {"--damping-ratio", "--stiffness-damping"}},
+      {stiffness_damping.has_value(), "given with --stiffness-damping", "one of them", {"--damping-ratio"}},
+      {loads == "paper",
+       "given with --loads paper, which has no leaves and no lean",
+       "--loads linearised",
+       {"--leaf-drag-coefficient", "--leaf-lift-coefficient", "--reconfiguration-angle"}},
   };
-  if (extension == ".glb") write_glb(path, loop.surface, morphs(MorphForm::paired), loop.info);
-  if (extension == ".html") write_html(path, loop.surface, morphs(MorphForm::signed_weights), loop.info);
-  if (extension == ".png") write_contact_sheet(path, loop);
-  if (extension == ".csv") {
-    write_file_atomically(path,
-                          encode_pose_table(loop.subject.skeleton, loop.subject.modes, loop.motion, frames));
+  refuse_idle_flags(flags, rules);
+}
+
+constexpr double gigabyte = 1e9;
+
+std::string in_gigabytes(double bytes) { return printed("%.3g GB", bytes / gigabyte); }
+
+// What would not fit is refused before it is begun; what is large is announced.
+void check_size(const LoopSize& size, const std::vector<const LoopFormat*>& formats,
+                const std::vector<std::string>& paths, std::vector<std::string>& warnings) {
+  double largest = 0;
+  for (std::size_t i = 0; i < formats.size(); ++i) {
+    const double bytes = formats[i]->size(size);
+    largest = std::max(largest, bytes);
+    if (bytes < gigabyte) continue;
+    warnings.push_back(
+        paths[i] + " will have about " + in_gigabytes(bytes) +
+        (formats[i]->name == "csv" ? ": fewer with --frames" : ": smaller with fewer --modes"));
+  }
+  const double loop = motion_size(size), wanted = loop + 2 * largest;
+  const auto present = static_cast<double>(available_memory());
+  if (wanted > present) {
+    throw Error("a loop of " + printed("%.0f", size.sample_count) + " frames and " +
+                printed("%.0f", size.mode_count) + " modes wants about " + in_gigabytes(wanted) +
+                " of memory and there are " + in_gigabytes(present) +
+                ": take a shorter --period, a lower --fps, fewer --modes" +
+                (size.frame_count > 1 ? " or --frames" : ""));
+  }
+  if (loop >= gigabyte) {
+    warnings.push_back("a loop of " + printed("%.0f", size.sample_count) + " frames takes about " +
+                       in_gigabytes(loop) + " of memory, and minutes");
   }
 }
 
@@ -228,55 +265,11 @@ Json AnimateCommand::describe_wind(const Wind& chosen) const {
           {"points", {grid.y_count, grid.z_count}}};
 }
 
-void AnimateCommand::run() const {
-  check_outputs();
-  const Weather conditions = weather();
-  const std::vector<int> frames_for_poses = picked_frames(conditions.loop.sample_count);
-  const BakeOptions bake_options{structure.options(), {.count = mode_count}};
-
-  StageLog log;
-  const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
-  log.begin("read");
-  const Plant plant = open_plant(input);
-  log.finish();
-  print_warnings(plant);
-
-  const Skeleton& skeleton = plant.imported.skeleton;
-  // A sapling of two branches has twelve modes: as many as it has is what was meant.
-  BakeOptions options = bake_options;
-  if (mode_count > 6 * skeleton.branch_count()) options.modes.count = all_modes;
-  const Subject subject = bake(skeleton, options, progress);
-  std::vector<std::string> warnings;
-  const Motion motion = set_in_motion(subject, conditions, progress, &warnings);
-  log.finish();
-
-  const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
-  for (std::string& line : advice(subject, conditions, statistics)) warnings.push_back(std::move(line));
-  for (const std::string& line : warnings) std::cerr << "tremula: warning: " << line << '\n';
-
-  log.begin("surface");
-  Surface surface = mesh_surface(skeleton);
-  surface.bark_color = plant.imported.colors.bark.value_or(surface.bark_color);
-  surface.leaf_color = plant.imported.colors.leaf.value_or(surface.leaf_color);
-  const ReferenceWind reference = at_reference_height(conditions.wind);
-  const Loop loop{plant,
-                  subject,
-                  motion,
-                  surface,
-                  {.name = plant.name,
-                   .frames_per_second = frames_per_second,
-                   .wind_speed = reference.speed,
-                   .heading = reference.heading,
-                   .seed = wind_flags.seed}};
-  for (const std::string& path : outputs) {
-    log.begin("write " + lower_extension(path));
-    write_output(path, loop, frames_for_poses);
-  }
-  log.finish();
-  for (const std::string& path : outputs) std::cerr << "tremula: wrote " << path << '\n';
-
-  if (report.empty()) return;
-  const Json json = {
+Json AnimateCommand::report_of(const Plant& plant, const BakeOptions& options, const Weather& conditions,
+                               const Subject& subject, const Motion& motion,
+                               const MotionStatistics& statistics, const std::vector<std::string>& warnings,
+                               const StageLog& log) const {
+  return {
       {"tremula", TREMULA_VERSION},
       {"input", input},
       {"plant", cli::describe(plant)},
@@ -304,8 +297,82 @@ void AnimateCommand::run() const {
       {"outputs", outputs},
       {"stages", log.json()},
       {"peak_bytes", peak_bytes()}};
-  write_file_atomically(report, json.dump(1) + '\n');
-  std::cerr << "tremula: wrote " << report << '\n';
+}
+
+void AnimateCommand::run(const CLI::App& flags) const {
+  const std::vector<const LoopFormat*> formats = output_formats();
+  check_flags(flags, formats);
+  Outputs files(output_places(), {{"INPUT", input},
+                                  {"--wind", wind},
+                                  {"--spectrum", wind_flags.spectrum},
+                                  {"--profile", wind_flags.profile}});
+  const Weather conditions = weather();
+  const std::vector<int> frames_for_poses = picked_frames(conditions.loop.sample_count);
+  BakeOptions options{structure.options(), {.count = mode_count}};
+
+  StageLog log;
+  const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
+  log.begin("read");
+  const Plant plant = open_plant(input, read);
+  log.finish();
+  print_warnings(plant);
+
+  const Skeleton& skeleton = plant.imported.skeleton;
+  std::vector<std::string> warnings;
+  const auto warn = [&](std::vector<std::string> lines) {
+    for (const std::string& line : lines) std::cerr << "tremula: warning: " << line << '\n';
+    warnings.insert(warnings.end(), lines.begin(), lines.end());
+  };
+  const int most = 6 * skeleton.branch_count();
+  if (mode_count > most) {
+    warn({"--modes " + std::to_string(mode_count) + ": the plant has " + std::to_string(most) +
+          ", and all are taken"});
+    options.modes.count = all_modes;
+  }
+  log.begin("surface");
+  Surface surface = mesh_surface(skeleton);
+  surface.bark_color = plant.imported.colors.bark.value_or(surface.bark_color);
+  surface.leaf_color = plant.imported.colors.leaf.value_or(surface.leaf_color);
+  log.finish();
+  std::vector<std::string> large;
+  check_size({.node_count = static_cast<double>(skeleton.node_count()),
+              .vertex_count = static_cast<double>(surface.vertex_count()),
+              .mode_count = static_cast<double>(mode_count < 0 ? most : std::min(mode_count, most)),
+              .sample_count = static_cast<double>(conditions.loop.sample_count),
+              .frame_count = static_cast<double>(frames_for_poses.size())},
+             formats, outputs, large);
+  warn(large);
+
+  const Subject subject = bake(skeleton, options, progress);
+  warn(plausibility(skeleton, options.structure, subject.modes.frequency[0]));
+  std::vector<std::string> of_wind;
+  const Motion motion = set_in_motion(subject, conditions, progress, &of_wind);
+  log.finish();
+  const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
+  warn(of_wind);
+  warn(advice(subject, conditions, statistics));
+
+  const ReferenceWind reference = at_reference_height(conditions.wind);
+  const Loop loop{subject,
+                  motion,
+                  surface,
+                  frames_for_poses,
+                  {.name = plant.name,
+                   .frames_per_second = frames_per_second,
+                   .wind_speed = reference.speed,
+                   .heading = reference.heading,
+                   .seed = wind_flags.seed}};
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    log.begin("write ." + std::string(formats[i]->name));
+    files.add(outputs[i], formats[i]->encode(loop));
+  }
+  log.finish();
+  if (!report.empty()) {
+    files.add(report,
+              text_of(report_of(plant, options, conditions, subject, motion, statistics, warnings, log)));
+  }
+  files.commit();
+  files.announce();
 }
 
 }  // namespace
@@ -319,14 +386,17 @@ void add_animate(CLI::App& app) {
   sub.add_option(
       "-o,--output", command->outputs,
       "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
-      "per frame), .png (contact sheet); may be repeated");
+      "per frame), .png (contact sheet); - is standard output; may be repeated");
+  sub.add_option("--format", command->format,
+                 "glb, html, csv or png, for an output whose name does not say it (-o -)")
+      ->check(CLI::IsMember({"glb", "html", "csv", "png"}));
   sub.add_option("--report", command->report,
                  "What was done, as JSON: settings, frequencies, seconds and memory");
   sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
   sub.add_option("--modes", command->mode_count, "How many of the lowest modes move the plant; -1: all")
       ->capture_default_str();
 
-  const char* wind = "Wind";
+  const char* wind = wind_group;
   sub.add_option(
          "--wind", command->wind,
          "turbulent: gusts that travel (Shinya & Fournier, or --spectrum); stam: eq. 8 of Stam with unit "
@@ -334,7 +404,7 @@ void add_animate(CLI::App& app) {
       ->capture_default_str()
       ->group(wind);
   sub.add_option("--wind-model", command->wind, "The same")->group("");
-  command->wind_flags.add_to(sub, {.group = wind});
+  command->wind_flags.add_to(sub, true);
   sub.add_option("--correlation-time", command->correlation_time, "t_c of Stam's filter [s]")
       ->default_str("1")
       ->group(wind);
@@ -383,6 +453,7 @@ void add_animate(CLI::App& app) {
                  "Rotation at which bending out of the wind has cut the drag to a quarter [rad]; 0: never")
       ->capture_default_str()
       ->group(motion);
+  command->read.add_to(sub);
   command->structure.add_to(sub);
   command->threads.add_to(sub);
   sub.footer(
@@ -391,7 +462,7 @@ void add_animate(CLI::App& app) {
       "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
       "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
-  sub.callback([command] { command->threads.run([&] { command->run(); }); });
+  sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
 }
 
 }  // namespace tremula::cli

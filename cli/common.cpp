@@ -7,7 +7,6 @@
 #include "tremula/io/atomic_file.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -51,14 +50,30 @@ Plant grow_plant(const std::string& name, const std::string& text, const std::st
 
 }  // namespace
 
-std::string lower_extension(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
+void ReadFlags::add_to(CLI::App& command) {
+  const char* group = "Reading";
+  command.add_option("--unit", unit, "Unit of length of a tree file: m, cm, mm or ft; m if not given")
+      ->check(CLI::IsMember({"m", "cm", "mm", "ft"}))
+      ->group(group);
+  command
+      .add_flag(
+          "--allow-gaps", allow_gaps,
+          "Bridge any gap in a tree file by a rigid arm: between a branch and a parent far away, and from "
+          "a piece without parent to the nearest branch")
+      ->group(group);
 }
 
-Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_seed,
+ReadOptions ReadFlags::options() const {
+  const double size = unit == "mm" ? 1e-3 : unit == "cm" ? 1e-2 : unit == "ft" ? 0.3048 : 1;
+  return {.unit = size, .allow_gaps = allow_gaps};
+}
+
+void ReadFlags::refuse_for(const std::string& input) const {
+  if (!unit.empty()) throw InputError("--unit " + unit, "given with " + input, "a tree file");
+  if (allow_gaps) throw InputError("--allow-gaps", "given with " + input, "a tree file");
+}
+
+Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<std::uint64_t> growth_seed,
                  const std::vector<std::string>& constants) {
   const std::string name = std::filesystem::path(input).stem().string();
   const bool exists = std::filesystem::exists(input);
@@ -67,6 +82,7 @@ Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_s
     const auto found = std::find_if(presets.begin(), presets.end(),
                                     [&](const PlantPreset& preset) { return preset.name == input; });
     if (found != presets.end()) {
+      read.refuse_for(input);
       return grow_plant(std::string(found->name), std::string(found->text), std::string(found->name),
                         growth_seed, constants);
     }
@@ -76,15 +92,21 @@ Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_s
                      "a tree file, an L-system (.lsys) or one of " + names);
   }
   if (lower_extension(input) == ".lsys") {
+    read.refuse_for(input);
     return grow_plant(name, read_file(input, std::size_t{16} << 20), input, growth_seed, constants);
   }
+  if (growth_seed) throw InputError("--seed", "given with " + input, "an L-system or a preset");
   if (!constants.empty()) throw InputError("--set", "given with " + input, "an L-system or a preset");
-  return {name, read_skeleton(input)};
+  return {name, read_skeleton(input, read.options())};
 }
 
 void print_warnings(const Plant& plant) {
   for (const Repair& repair : plant.imported.repairs)
     std::cerr << "tremula: warning: " << repair.message << '\n';
+}
+
+void print_warnings(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) std::cerr << "tremula: warning: " << line << '\n';
 }
 
 Json describe(const Plant& plant) {
@@ -200,7 +222,6 @@ Json describe(const StructureOptions& options) {
 
 void ThreadsFlag::add_to(CLI::App& command) {
   command.add_option("--threads", count, "Threads to use; 0: one per core. The result does not depend on it")
-      ->check(CLI::Range(0, 1024))
       ->capture_default_str();
 }
 

@@ -10,24 +10,35 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
+
+#include "outputs.hpp"
 
 namespace tremula::cli {
-
-using Json = nlohmann::ordered_json;
 
 // A plant from a file (scan, SWC, L-system) or, where no file has that name, from a preset.
 struct Plant {
   std::string name;  // for titles: the file's name without folder and extension, or the preset's
   ImportedSkeleton imported;
 };
-Plant open_plant(const std::string& input, std::optional<std::uint64_t> growth_seed = {},
+
+// How a tree file is meant: --unit, --allow-gaps.
+struct ReadFlags {
+  std::string unit;
+  bool allow_gaps = false;
+
+  void add_to(CLI::App& command);
+  ReadOptions options() const;
+  void refuse_for(const std::string& input) const;  // throws where one is given with what is no tree file
+};
+
+Plant open_plant(const std::string& input, const ReadFlags& read = {},
+                 std::optional<std::uint64_t> growth_seed = {},
                  const std::vector<std::string>& constants = {});
 
 // Says on stderr what the reader mended.
 void print_warnings(const Plant& plant);
+void print_warnings(const std::vector<std::string>& lines);
 Json describe(const Plant& plant);
-std::string lower_extension(const std::string& path);  // ".glb"
 std::uint64_t peak_bytes();
 
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,

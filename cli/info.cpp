@@ -1,10 +1,9 @@
 // tremula info: what is in a file, in numbers.
 
 #include "tremula/io/turbsim.hpp"
+#include "tremula/structure/plausibility.hpp"
 
 #include <cmath>
-#include <cstdio>
-#include <iostream>
 
 #include "commands.hpp"
 #include "common.hpp"
@@ -50,9 +49,11 @@ TowerStatistics tower_statistics(const WindField& field) {
 
 struct InfoCommand {
   std::string input, format = "table";
+  ReadFlags read;
 
   void run() const {
     if (lower_extension(input) == ".bts") {
+      read.refuse_for(input);
       run_on_wind();
     } else {
       run_on_plant();
@@ -64,24 +65,30 @@ struct InfoCommand {
 };
 
 void InfoCommand::run_on_plant() const {
-  const Plant plant = open_plant(input);
-  const Json json = describe(plant);
+  const Plant plant = open_plant(input, read);
+  const std::vector<std::string> warnings = plausibility(plant.imported.skeleton, {});
+  print_warnings(warnings);
+  Json json = describe(plant);
+  json["warnings"] = warnings;
+  std::string text = text_of(json);
   if (format == "json") {
-    std::cout << json.dump(1) << '\n';
+    print(text);
     return;
   }
+  text.clear();
   for (const auto& [key, value] : json.items()) {
-    if (key == "repairs") continue;
-    std::cout << key << std::string(key.size() < 16 ? 16 - key.size() : 1, ' ')
-              << (value.is_string() ? value.get<std::string>() : value.dump()) << '\n';
+    if (key == "repairs" || key == "warnings") continue;
+    text += key + std::string(key.size() < 16 ? 16 - key.size() : 1, ' ') +
+            (value.is_string() ? value.get<std::string>() : value.dump()) + '\n';
   }
-  for (const Repair& repair : plant.imported.repairs)
-    std::cout << "repaired        " << repair.message << '\n';
+  for (const Repair& repair : plant.imported.repairs) text += "repaired        " + repair.message + '\n';
+  print(text);
 }
 
-void print_line(double height, const std::array<double, 3>& mean, const std::array<double, 3>& deviation) {
-  std::printf("%10.3f %9.3f %9.3f %9.3f %9.3f %9.3f %9.3f\n", height, mean[0], mean[1], mean[2], deviation[0],
-              deviation[1], deviation[2]);
+std::string line_of(double height, const std::array<double, 3>& mean,
+                    const std::array<double, 3>& deviation) {
+  return printed("%10.3f %9.3f %9.3f %9.3f %9.3f %9.3f %9.3f\n", height, mean[0], mean[1], mean[2],
+                 deviation[0], deviation[1], deviation[2]);
 }
 
 void InfoCommand::run_on_wind() const {
@@ -121,30 +128,31 @@ void InfoCommand::run_on_wind() const {
                       {{"z_m", tower_heights},
                        {"mean_m_s", by_component(tower.mean)},
                        {"deviation_m_s", by_component(tower.deviation)}}}});
-    std::cout << json.dump(1) << '\n';
+    print(text_of(json));
     return;
   }
-  std::printf("format      turbsim-bts (id %d, %s)\n", file.periodic ? 8 : 7,
-              file.periodic ? "periodic" : "not periodic");
-  std::printf("text        %s\n", printable(file.text).c_str());
-  std::printf("grid        %d x %d points (y x z), %.6g x %.6g m apart, from z = %.6g m\n", grid.y_count,
-              grid.z_count, grid.y_spacing, grid.z_spacing, grid.bottom);
-  std::printf("tower       %d points\n", file.tower_count);
-  std::printf("time        %d steps of %.6g s: %.6g s\n", grid.step_count, grid.step, grid.period());
-  std::printf("mean speed  %.6g m/s at %.6g m\n\n", grid.mean_speed, grid.reference_height);
-  std::printf("%10s %9s %9s %9s %9s %9s %9s\n", "height_m", "mean_u", "mean_v", "mean_w", "dev_u", "dev_v",
-              "dev_w");
+  std::string text = printed("format      turbsim-bts (id %d, %s)\n", file.periodic ? 8 : 7,
+                             file.periodic ? "periodic" : "not periodic");
+  text += printed("text        %s\n", printable(file.text).c_str());
+  text += printed("grid        %d x %d points (y x z), %.6g x %.6g m apart, from z = %.6g m\n", grid.y_count,
+                  grid.z_count, grid.y_spacing, grid.z_spacing, grid.bottom);
+  text += printed("tower       %d points\n", file.tower_count);
+  text += printed("time        %d steps of %.6g s: %.6g s\n", grid.step_count, grid.step, grid.period());
+  text += printed("mean speed  %.6g m/s at %.6g m\n\n", grid.mean_speed, grid.reference_height);
+  text += printed("%10s %9s %9s %9s %9s %9s %9s\n", "height_m", "mean_u", "mean_v", "mean_w", "dev_u",
+                  "dev_v", "dev_w");
   for (auto row = statistics.rows.rbegin(); row != statistics.rows.rend(); ++row)
-    print_line(row->height, row->mean, row->deviation);
-  if (file.tower_count > 0) std::printf("tower\n");
+    text += line_of(row->height, row->mean, row->deviation);
+  if (file.tower_count > 0) text += "tower\n";
   for (std::size_t k = 0; k < tower_heights.size(); ++k) {
     std::array<double, 3> mean, deviation;
     for (std::size_t c = 0; c < 3; ++c) {
       mean[c] = tower.mean[c][k].get<double>();
       deviation[c] = tower.deviation[c][k].get<double>();
     }
-    print_line(tower_heights[k], mean, deviation);
+    text += line_of(tower_heights[k], mean, deviation);
   }
+  print(text);
 }
 
 }  // namespace
@@ -158,6 +166,7 @@ void add_info(CLI::App& app) {
   sub.add_option("--format", command->format, "table or json")
       ->check(CLI::IsMember({"table", "json"}))
       ->capture_default_str();
+  command->read.add_to(sub);
   sub.footer(
       "Examples:\n"
       "  tremula info scan.mat\n"

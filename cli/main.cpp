@@ -1,11 +1,18 @@
 #include "tremula/base/error.hpp"
+#include "tremula/io/atomic_file.hpp"
 
+#include <csignal>
 #include <exception>
 #include <iostream>
 #include <new>
 #include <string>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "commands.hpp"
+#include "outputs.hpp"
+#include "usage.hpp"
 
 namespace {
 
@@ -20,15 +27,46 @@ int fail(std::string message, int code) {
   return code;
 }
 
-// CLI11 would only say that some command is missing.
+// Nothing half-written stays, and the shell learns which signal it was.
+extern "C" void stop(int signal) {
+  tremula::abandon_unfinished_files();
+  _exit(128 + signal);
+}
+
+void handle_signals() {
+  struct sigaction action {};
+  action.sa_handler = stop;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&action.sa_mask, signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // nohup, jobs in the background
+  }
+  // A reader that has gone and a file that may not grow are errors of the write, which are reported.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+}
+
+// A file that is opened must not take the number of a stream that was closed: it would get the messages.
+void occupy_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", O_RDONLY);  // no write succeeds
+  }
+}
+
+// The parser would only say that some command is missing.
 void refuse_unknown_command(const CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
-  std::string names;
+  const std::string given = argv[1];
+  std::string list;
+  std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    if (command->get_name() == argv[1]) return;
-    names += (names.empty() ? "" : ", ") + command->get_name();
+    if (command->get_name() == given) return;
+    list += (names.empty() ? "" : ", ") + command->get_name();
+    names.push_back(command->get_name());
   }
-  throw tremula::InputError("tremula", "no command '" + std::string(argv[1]) + "'", "one of " + names);
+  throw tremula::InputError("tremula", "no command '" + given + "'",
+                            "one of " + list + tremula::cli::suggestion(given, names));
 }
 
 int run(int argc, char** argv) {
@@ -42,24 +80,24 @@ int run(int argc, char** argv) {
       "  tremula animate tree.swc -o tree.glb           a looping tree for Blender or a game engine\n"
       "  tremula animate oak -o oak.html                a grown oak that plays in any browser\n"
       "  tremula modes scan.mat --count 20              natural frequencies of a laser-scanned tree\n"
-      "  tremula wind --speed 8 -o gusts.bts            a turbulent wind field, --plot shows how good it is\n"
+      "  tremula wind --wind-speed 8 -o gusts.bts       a turbulent wind field, --plot shows how good it is\n"
       "  tremula COMMAND --help                         all options of a command, with examples\n");
   tremula::cli::add_animate(app);
   tremula::cli::add_modes(app);
   tremula::cli::add_grow(app);
   tremula::cli::add_wind(app);
   tremula::cli::add_info(app);
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    tremula::cli::check_values(*command);
   refuse_unknown_command(app, argc, argv);
   try {
     app.parse(argc, argv);
-  } catch (const CLI::CallForHelp& e) {
-    return app.exit(e);
-  } catch (const CLI::CallForAllHelp& e) {
-    return app.exit(e);
   } catch (const CLI::CallForVersion& e) {
-    return app.exit(e);
+    tremula::cli::print(std::string(e.what()) + '\n');
+  } catch (const CLI::Success&) {
+    tremula::cli::print(app.help());
   } catch (const CLI::ParseError& e) {
-    return fail(std::string(e.what()) + " (see tremula --help)", bad_input);
+    return fail(tremula::cli::explain(app, e), bad_input);
   }
   return 0;
 }
@@ -67,6 +105,8 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  occupy_closed_streams();
+  handle_signals();
   try {
     return run(argc, argv);
   } catch (const tremula::InputError& e) {

@@ -1,30 +1,32 @@
 // tremula modes: how a plant can vibrate.
 
 #include "tremula/base/error.hpp"
-#include "tremula/io/atomic_file.hpp"
 #include "tremula/io/modes_plot.hpp"
 #include "tremula/modes/mode_quality.hpp"
+#include "tremula/structure/plausibility.hpp"
 
-#include <cstdio>
-#include <iostream>
+#include <array>
+#include <chrono>
 
 #include "commands.hpp"
 #include "common.hpp"
+#include "usage.hpp"
 
 namespace tremula::cli {
 namespace {
 
 struct ModesCommand {
-  std::string input, format = "table", output, plot;
+  std::string input, format, output = "-", plot;
   int count = 40;
   std::optional<double> up_to;
   double tolerance = ModeOptions{}.tolerance;
   std::string method = "automatic";
   std::size_t memory_limit = ModeOptions{}.memory_limit;
+  ReadFlags read;
   StructureFlags structure;
   ThreadsFlag threads;
 
-  void run() const;
+  void run(const CLI::App& flags) const;
 };
 
 // What is said of the modes, in whatever format.
@@ -34,26 +36,31 @@ struct Found {
   const ModeQuality& quality;
 };
 
+// That the list ends among equal modes, where it does.
+std::string equal_modes_note(const Modes& modes) {
+  if (modes.equal_left_out == 0) return "";
+  const bool one = modes.equal_left_out == 1;
+  return "the list ends within a cluster of " + std::to_string(modes.equal_to_last) + " equal modes; " +
+         std::to_string(modes.equal_left_out) + (one ? " more lies" : " more lie") +
+         " at the same frequency\n";
+}
+
 std::string as_table(const Found& found) {
   const auto& [plant, modes, quality] = found;
   const Eigen::MatrixX3d percent = 100 * quality.effective_mass_share();
-  std::string text;
-  char line[200];
-  std::snprintf(
-      line, sizeof line, "%s: %d branches, %.4g kg, %d modes\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n",
-      plant.name.c_str(), plant.imported.skeleton.branch_count(), quality.total_mass, modes.count(), "mode",
-      "frequency_hz", "period_s", "residual", "error_bound", "kind", "mass_x_%", "mass_y_%", "mass_z_%");
-  text += line;
+  std::string text = printed("%s: %d branches, %.4g kg, %d modes\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n",
+                             plant.name.c_str(), plant.imported.skeleton.branch_count(), quality.total_mass,
+                             modes.count(), "mode", "frequency_hz", "period_s", "residual", "error_bound",
+                             "kind", "mass_x_%", "mass_y_%", "mass_z_%");
   for (int r = 0; r < modes.count(); ++r) {
-    std::snprintf(line, sizeof line, "%6d %14.6f %12.4f %11.1e %11.1e %8s %9.3f %9.3f %9.3f\n", r + 1,
-                  modes.frequency[r], 1 / modes.frequency[r], modes.residual[r], modes.error_bound[r],
-                  name_of(quality.kind[static_cast<std::size_t>(r)]).data(), percent(r, 0), percent(r, 1),
-                  percent(r, 2));
-    text += line;
+    text += printed("%6d %14.6f %12.4f %11.1e %11.1e %8s %9.3f %9.3f %9.3f\n", r + 1, modes.frequency[r],
+                    1 / modes.frequency[r], modes.residual[r], modes.error_bound[r],
+                    name_of(quality.kind[static_cast<std::size_t>(r)]).data(), percent(r, 0), percent(r, 1),
+                    percent(r, 2));
   }
   const Eigen::RowVector3d sum = percent.colwise().sum();
-  std::snprintf(line, sizeof line, "%67s %9.3f %9.3f %9.3f\n", "all listed", sum[0], sum[1], sum[2]);
-  return text + line;
+  return text + printed("%67s %9.3f %9.3f %9.3f\n", "all listed", sum[0], sum[1], sum[2]) +
+         equal_modes_note(modes);
 }
 
 std::string as_csv(const Found& found) {
@@ -62,18 +69,16 @@ std::string as_csv(const Found& found) {
   std::string text =
       "mode,frequency_hz,residual,error_bound,kind,effective_mass_share_x,effective_mass_share_y,"
       "effective_mass_share_z\n";
-  char line[200];
   for (int r = 0; r < modes.count(); ++r) {
-    std::snprintf(line, sizeof line, "%d,%.15g,%.3g,%.3g,%s,%.6g,%.6g,%.6g\n", r + 1, modes.frequency[r],
-                  modes.residual[r], modes.error_bound[r],
-                  name_of(quality.kind[static_cast<std::size_t>(r)]).data(), share(r, 0), share(r, 1),
-                  share(r, 2));
-    text += line;
+    text += printed("%d,%.15g,%.3g,%.3g,%s,%.6g,%.6g,%.6g\n", r + 1, modes.frequency[r], modes.residual[r],
+                    modes.error_bound[r], name_of(quality.kind[static_cast<std::size_t>(r)]).data(),
+                    share(r, 0), share(r, 1), share(r, 2));
   }
   return text;
 }
 
-Json as_json(const Found& found, const StructureOptions& structure, const Json& seconds) {
+Json as_json(const Found& found, const StructureOptions& structure, const Json& seconds,
+             const std::vector<std::string>& warnings) {
   const auto& [plant, modes, quality] = found;
   const int branches = plant.imported.skeleton.branch_count();
   const Eigen::MatrixX3d mass = quality.effective_mass(), share = quality.effective_mass_share();
@@ -103,8 +108,11 @@ Json as_json(const Found& found, const StructureOptions& structure, const Json& 
           {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},
           {"count_found", modes.count_below},
           {"count_by_inertia", modes.count_by_inertia},
+          {"equal_to_last", modes.equal_to_last},
+          {"equal_left_out", modes.equal_left_out},
           {"operator_count", modes.operator_count},
           {"repairs", describe(plant)["repairs"]},
+          {"warnings", warnings},
           {"seconds", seconds},
           {"peak_bytes", peak_bytes()}};
 }
@@ -113,13 +121,25 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-void ModesCommand::run() const {
-  if (!plot.empty() && lower_extension(plot) != ".svg") {
-    throw InputError("--plot " + plot, "'" + lower_extension(plot) + "'", ".svg");
-  }
+// A table is text: .txt.
+std::size_t format_index(const Place& place, const std::string& named) {
+  return format_of(place, named == "table" ? "txt" : named,
+                   {{"txt", "a table"}, {"json", "with everything"}, {"csv", "a row a mode"}}, 0);
+}
+
+void ModesCommand::run(const CLI::App& flags) const {
+  refuse_idle_flags(flags,
+                    std::array{IdleFlags{up_to.has_value(), "given with --up-to", "one of them", {"--count"}},
+                               IdleFlags{method == "dense",
+                                         "given with --method dense, which finds all modes at once",
+                                         "--method iterative",
+                                         {"--tolerance"}}});
+  const std::size_t form = format_index({"-o", output}, format);
+  if (!plot.empty()) format_of({"--plot", plot}, "", {{"svg", "a picture"}}, 0);
+  Outputs outputs({{"-o", output}, {"--plot", plot}}, {{"INPUT", input}});
   StageLog log;
   log.begin("read");
-  const Plant plant = open_plant(input);
+  const Plant plant = open_plant(input, read);
   log.finish();
   print_warnings(plant);
   const Skeleton& skeleton = plant.imported.skeleton;
@@ -153,16 +173,17 @@ void ModesCommand::run() const {
     const std::string picture =
         plot.empty() ? "" : plot_modes(skeleton, modes, quality, {.title = plant.name});
     log.finish();
+    const std::vector<std::string> warnings = plausibility(skeleton, options, modes.frequency[0]);
+    print_warnings(warnings);
 
     const Found found{plant, modes, quality};
     const Json seconds = {
         {"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
-    const std::string text = format == "json"  ? as_json(found, options, seconds).dump(1) + '\n'
-                             : format == "csv" ? as_csv(found)
-                                               : as_table(found);
-    if (!output.empty()) write_file_atomically(output, text);
-    if (!plot.empty()) write_file_atomically(plot, picture);
-    if (output.empty()) std::cout << text;
+    outputs.add(output, form == 1   ? text_of(as_json(found, options, seconds, warnings))
+                        : form == 2 ? as_csv(found)
+                                    : as_table(found));
+    if (!plot.empty()) outputs.add(plot, picture);
+    outputs.commit();
   });
 }
 
@@ -178,14 +199,14 @@ void add_modes(CLI::App& app) {
   sub.add_option("--count", command->count, "How many of the lowest modes; -1: all")->capture_default_str();
   sub.add_option("--up-to", command->up_to,
                  "All modes below this frequency [Hz], instead of a number of modes");
-  sub.add_option("--format", command->format, "table, json or csv")
+  sub.add_option("--format", command->format, "table, json or csv, where no extension says it")
       ->check(CLI::IsMember({"table", "json", "csv"}))
-      ->capture_default_str();
-  sub.add_option("-o,--output", command->output, "File to write instead of standard output");
+      ->default_str("table");
+  sub.add_option("-o,--output", command->output,
+                 "File to write instead of standard output: .txt (table), .json or .csv");
   sub.add_option("--plot", command->plot,
                  "Picture to draw besides: the frequencies and the first shapes (.svg)");
   sub.add_option("--tolerance", command->tolerance, "Relative residual at which an iterated mode is done")
-      ->check(CLI::Range(1e-14, 1e-6))
       ->capture_default_str();
   sub.add_option(
          "--max-memory", command->memory_limit,
@@ -197,6 +218,7 @@ void add_modes(CLI::App& app) {
                  "automatic, dense (all modes at once) or iterative (the lowest)")
       ->check(CLI::IsMember({"automatic", "dense", "iterative"}))
       ->capture_default_str();
+  command->read.add_to(sub);
   command->structure.add_to(sub);
   command->threads.add_to(sub);
   sub.footer(
@@ -207,7 +229,7 @@ void add_modes(CLI::App& app) {
       "  tremula modes oak --up-to 3 --plot modes.svg\n"
       "  tremula modes forest.txt --count 100 --max-memory 2GB\n"
       "  tremula modes tree.txt --youngs-modulus 8e9 --shear-modulus 6e8 --density 900 --format json\n");
-  sub.callback([command] { command->run(); });
+  sub.callback([command, &sub] { command->run(sub); });
 }
 
 }  // namespace tremula::cli

@@ -2,11 +2,14 @@
 // what they should be.
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/io/vti.hpp"
 #include "tremula/io/wind_targets.hpp"
+#include "tremula/io/wind_verdict.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -23,12 +26,6 @@
 namespace tremula::cli {
 namespace {
 
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
 void warn(const std::string& message) { std::cerr << "tremula: warning: " << message << '\n'; }
 
 // Where and when a field is synthesised.
@@ -37,6 +34,7 @@ struct GridFlags {
   std::optional<std::string> size;
   std::optional<double> center_height, step, period;
   std::optional<int> steps;
+  bool tower = false;
 
   std::vector<CLI::Option*> add_to(CLI::App& command);
   WindGrid grid(double reference_height) const;
@@ -61,7 +59,7 @@ std::array<T, 2> parse_pair(const char* flag, const std::string& text, T least, 
 // Numbers beyond could not be told apart, or would be nothing or infinite, in the single precision of files.
 void check_range(const char* flag, double value, const char* unit) {
   if (value >= 1e-9 && value <= 1e9) return;
-  throw InputError(flag, number(value), std::string("above 0 ") + unit + " (1e-9 to 1e9)");
+  throw InputError(flag, number_text(value), std::string("above 0 ") + unit + " (1e-9 to 1e9)");
 }
 
 // Field and half of a component, in single precision; the rest is small beside it.
@@ -71,8 +69,8 @@ void check_memory(const std::string& points, double point_count, int steps) {
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   if (wanted <= present) return;
   throw InputError("--points " + points + " with " + std::to_string(steps) + " steps",
-                   number(std::ceil(wanted / 1e8) / 10) + " GB of memory",
-                   "at most the " + number(std::floor(present / 1e8) / 10) + " GB of this machine");
+                   number_text(std::ceil(wanted / 1e8) / 10) + " GB of memory",
+                   "at most the " + number_text(std::floor(present / 1e8) / 10) + " GB of this machine");
 }
 
 std::vector<CLI::Option*> GridFlags::add_to(CLI::App& command) {
@@ -88,7 +86,13 @@ std::vector<CLI::Option*> GridFlags::add_to(CLI::App& command) {
           "ground)"),
       steps_option,
       add("--step", step, "Time step [s]")->default_str("0.1"),
-      add("--period", period, "Length of the loop [s], in place of --steps or of --step")};
+      add("--period", period, "Length of the loop [s], in place of --steps or of --step"),
+      command
+          .add_flag(
+              "--tower", tower,
+              "Single points below the grid too, y = 0, from the lowest row down to the ground, a row's "
+              "spacing apart (for .bts)")
+          ->group("Grid")};
 }
 
 WindGrid GridFlags::grid(double reference_height) const {
@@ -110,8 +114,8 @@ WindGrid GridFlags::grid(double reference_height) const {
   check_range("--center-height", center, "m");
   grid.bottom = center - 0.5 * height;
   if (!(grid.bottom > 0)) {
-    throw InputError("--center-height " + number(center) + " of " + number(height) + " m",
-                     "lowest row at " + number(grid.bottom) + " m", "above the ground");
+    throw InputError("--center-height " + number_text(center) + " of " + number_text(height) + " m",
+                     "lowest row at " + number_text(grid.bottom) + " m", "above the ground");
   }
 
   if (step) check_range("--step", *step, "s");
@@ -125,21 +129,32 @@ WindGrid GridFlags::grid(double reference_height) const {
   } else if (period) {
     const double count = *period / grid.step;
     if (!(count < 1e9 && std::abs(count - std::round(count)) < 1e-6 * count && count > 0.5)) {
-      throw InputError("--period " + number(*period) + " at " + number(grid.step) + " s a step",
-                       number(count) + " steps", "a whole number of them");
+      throw InputError("--period " + number_text(*period) + " at " + number_text(grid.step) + " s a step",
+                       number_text(count) + " steps", "a whole number of them");
     }
     grid.step_count = static_cast<int>(std::lround(count));
   }
-  check_memory(points, static_cast<double>(grid.point_count()), grid.step_count);
+  if (tower && tower_points_above_ground(grid) < 2) {
+    throw InputError("--tower",
+                     "a lowest row at " + number_text(grid.bottom) + " m, " + number_text(grid.z_spacing) +
+                         " m between rows",
+                     "room for a point below it: a higher --center-height");
+  }
+  check_memory(points,
+               static_cast<double>(grid.point_count()) + (tower ? tower_points_above_ground(grid) : 0),
+               grid.step_count);
   check_wind_grid(grid);
   return grid;
 }
 
+struct FieldWithOrigin;
+
 struct WindCommand {
   std::string input, report, plot, match = "spectrum";
   std::vector<std::string> outputs;
-  bool list_terrains = false, tile = false, wind_given = false;
-  bool speed_given = false, reference_given = false;
+  bool list_terrains = false, tile = false;
+  CLI::Option* reference_option = nullptr;
+  std::vector<CLI::Option*> of_synthesis;
   WindFlags wind;
   GridFlags grid;
   ThreadsFlag threads;
@@ -147,8 +162,14 @@ struct WindCommand {
   std::vector<int> separations = {1, 2, 4, 8, 16};
   int segment_length = 0;
 
+  bool wind_given() const;
+  void check_flags_beside_a_field() const;
   void check_outputs() const;
-  bool matches_variance() const { return match == "variance"; }
+  // A field is judged on stdout, unless stdout takes something else; a wind of our own where nothing else is
+  // made of it.
+  bool says_verdict() const;
+  Json report_of(const FieldWithOrigin& made, const WindReport& checked, const WindVerdict& verdict,
+                 const StageLog& log) const;
   void run() const;
 };
 
@@ -162,34 +183,46 @@ struct FieldWithOrigin {
 };
 
 std::size_t row_nearest(const WindGrid& grid, double height) {
-  const double row = std::round((height - grid.bottom) / grid.z_spacing);
+  const double row = grid.z_count > 1 ? std::round((height - grid.bottom) / grid.z_spacing) : 0.0;
   return static_cast<std::size_t>(std::clamp(row, 0.0, grid.z_count - 1.0));
 }
 
 // Where the result may not be what was meant.
-void advise(const TurbulentWind& wind, const WindGrid& grid, const SynthesisReport& report,
-            bool match_variance) {
+void advise(const TurbulentWind& wind, const WindGrid& grid, const SynthesisReport& report, Match match) {
+  if (wind.mean.speed == 0) warn("a wind speed of 0: there is no wind in the field");
+  if (grid.step_count == 1) warn("a field of one step has the mean wind and no gusts");
+  if (wind.mean.profile == ProfileKind::table) {
+    const double low = wind.mean.table.front().height, high = wind.mean.table.back().height,
+                 top = grid.z(grid.z_count - 1);
+    if (grid.bottom < low || top > high) {
+      warn("the grid reaches from " + number_text(grid.bottom) + " to " + number_text(top) +
+           " m, the profile from " + number_text(low) + " to " + number_text(high) +
+           " m: beyond it the wind is that of its first or last row");
+    }
+  }
   const double intensity = at_reference_height(wind).intensity.value_or(0);
   if (intensity > 0.4) {
-    warn("turbulence intensity " + number(intensity) +
+    warn("turbulence intensity " + number_text(intensity) +
          ": above 0.4 the wind blows backwards at times, and gusts are no longer carried by one mean speed");
   }
   const std::size_t row = row_nearest(grid, wind.mean.reference_height);
   const double resolved = report.resolved_share[0][row];
-  if (resolved < 0.6 && resolved > 0 && !match_variance) {
-    warn("a loop of " + number(grid.period()) + " s at " + number(grid.step) + " s a step holds " +
-         number(std::round(100 * resolved)) + " % of the variance of u at " +
-         number(grid.z(static_cast<int>(row))) + " m; more: a longer --period, or --match variance");
+  if (resolved < 0.6 && resolved > 0 && match == Match::spectrum) {
+    warn("a loop of " + number_text(grid.period()) + " s at " + number_text(grid.step) + " s a step holds " +
+         number_text(std::round(100 * resolved)) + " % of the variance of u at " +
+         number_text(grid.z(static_cast<int>(row))) +
+         " m; more: a longer --period, or --match variance, hub or points");
   }
-  if (wind.mean.speed > 0 && mean_speed(wind.mean, grid.bottom) == 0) {
-    warn("there is no wind in the lowest row, at " + number(grid.bottom) +
+  const bool log_law = wind.mean.profile == ProfileKind::logarithmic;
+  if (log_law && wind.mean.speed > 0 && mean_speed(wind.mean, grid.bottom) == 0) {
+    warn("there is no wind in the lowest row, at " + number_text(grid.bottom) +
          " m: the profile begins at displacement and roughness length, " +
-         number(wind.mean.displacement + wind.mean.roughness_length) + " m");
+         number_text(wind.mean.displacement + wind.mean.roughness_length) + " m");
   }
   const double error =
       std::max({report.coherence_error[0], report.coherence_error[1], report.coherence_error[2]});
   if (error > 0.03)
-    warn("the root-coherence is up to " + number(error) + " off the model's at low frequency");
+    warn("the root-coherence is up to " + number_text(error) + " off the model's at low frequency");
 }
 
 FieldWithOrigin read_field(const WindCommand& command, StageLog& log) {
@@ -202,9 +235,9 @@ FieldWithOrigin read_field(const WindCommand& command, StageLog& log) {
                        .wind = {},
                        .synthesis = {}};
   log.finish();
-  if (!command.wind_given) return made;
-  if (!command.speed_given) made.flags.speed = made.field.grid.mean_speed;
-  if (!command.reference_given) made.flags.reference_height = made.field.grid.reference_height;
+  if (!command.wind_given()) return made;
+  if (command.wind.speed_option->count() == 0) made.flags.speed = made.field.grid.mean_speed;
+  if (command.reference_option->count() == 0) made.flags.reference_height = made.field.grid.reference_height;
   made.wind = made.flags.wind();
   return made;
 }
@@ -214,64 +247,102 @@ FieldWithOrigin synthesise_field(const WindCommand& command, StageLog& log) {
   const WindGrid grid = command.grid.grid(wind.mean.reference_height);
   log.begin("synthesis");
   const SynthesisOptions options{.tile = command.tile,
-                                 .match_variance = command.matches_variance(),
+                                 .match = match_named(command.match),
+                                 .tower_count = command.grid.tower ? tower_points_above_ground(grid) : 0,
                                  .progress = [&](double done) { log.progress("synthesis", done); }};
   SynthesisReport report;
   FieldWithOrigin made{.field = synthesise_wind(wind, grid, options, &report),
-                       .title = command.wind.spectrum + ", " + number(wind.mean.speed) + " m/s at " +
-                                number(wind.mean.reference_height) + " m, seed " + std::to_string(wind.seed),
+                       .title = command.wind.spectrum_name() + ", " + number_text(wind.mean.speed) +
+                                " m/s at " + number_text(wind.mean.reference_height) + " m, seed " +
+                                std::to_string(wind.seed),
                        .text = {},
                        .flags = command.wind,
                        .wind = wind,
                        .synthesis = report};
   made.text = "tremula " TREMULA_VERSION ": " + made.title;
   log.finish();
-  advise(wind, grid, report, options.match_variance);
+  advise(wind, grid, report, options.match);
   return made;
 }
 
+bool WindCommand::wind_given() const {
+  const auto any = [](const std::vector<CLI::Option*>& options) {
+    return std::any_of(options.begin(), options.end(),
+                       [](const CLI::Option* option) { return option->count() > 0; });
+  };
+  return any(wind.of_mean) || any(wind.of_turbulence);
+}
+
+void WindCommand::check_flags_beside_a_field() const {
+  if (input.empty()) return;
+  const std::string only_made = "none: it says how a field is made";
+  refuse_given(of_synthesis, "the field " + input, only_made);
+  refuse_given(wind.of_realisation, "the field " + input, only_made);
+  if (outputs.empty()) return;
+  const std::string with = "-o, which writes the field " + input + " as it is",
+                    wanted = "one of the two: with a field, the wind is what it is checked against";
+  refuse_given(wind.of_mean, with, wanted);
+  refuse_given(wind.of_turbulence, with, wanted);
+}
+
+bool WindCommand::says_verdict() const {
+  const bool to_stdout =
+      report == "-" || plot == "-" || std::find(outputs.begin(), outputs.end(), "-") != outputs.end();
+  return !to_stdout && (!input.empty() || (outputs.empty() && report.empty() && plot.empty()));
+}
+
+enum FieldFormat : std::size_t { bts, vti };
+
+std::size_t field_format(const std::string& path) {
+  return format_of({"-o", path}, "", {{"bts", "TurbSim"}, {"vti", "ParaView"}});
+}
+
 void WindCommand::check_outputs() const {
-  if (outputs.empty() && report.empty() && plot.empty()) {
-    throw InputError("wind", "no output", "--report FILE.json, --plot FILE.svg or -o FILE.bts or .vti");
-  }
-  for (const std::string& path : outputs) {
-    const std::string extension = lower_extension(path);
-    if (extension != ".bts" && extension != ".vti")
-      throw InputError("-o " + path, "'" + extension + "'", ".bts (TurbSim) or .vti (ParaView)");
-  }
-  if (!plot.empty() && lower_extension(plot) != ".svg")
-    throw InputError("--plot " + plot, "'" + lower_extension(plot) + "'", ".svg");
+  for (const std::string& path : outputs) field_format(path);
+  if (!plot.empty()) format_of({"--plot", plot}, "", {{"svg", "a picture"}}, 0);
+  if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
 }
 
 void WindCommand::run() const {
+  check_flags_beside_a_field();
   check_outputs();
+  std::vector<Place> places = {{"--report", report}, {"--plot", plot}};
+  for (const std::string& path : outputs) places.push_back({"-o", path});
+  Outputs files(places, {{"FIELD", input}, {"--spectrum", wind.spectrum}, {"--profile", wind.profile}});
   StageLog log;
   const FieldWithOrigin made = input.empty() ? synthesise_field(*this, log) : read_field(*this, log);
 
   WindReport checked{.title = made.title, .statistics = {}, .targets = {}};
-  if (!report.empty() || !plot.empty()) {
+  WindVerdict verdict;
+  if (!report.empty() || !plot.empty() || says_verdict()) {
     log.begin("check");
     checked.statistics = field_statistics(made.field, {.bands_per_decade = bands_per_decade,
                                                        .y_separations = separations,
                                                        .z_separations = separations,
                                                        .segment_length = segment_length});
     if (made.wind)
-      checked.targets = wind_targets(*made.wind, made.field.grid, checked.statistics, matches_variance());
+      checked.targets = wind_targets(*made.wind, made.field.grid, checked.statistics, match_named(match));
+    verdict = judge_wind(made.field, checked);
   }
   for (const std::string& path : outputs) {
     log.begin("write " + lower_extension(path));
-    if (lower_extension(path) == ".bts") write_turbsim(path, made.field, made.text);
-    if (lower_extension(path) == ".vti") write_vti(path, made.field);
+    AtomicFile& file = files.begin(path);
+    if (field_format(path) == bts) write_turbsim(file, made.field, made.text);
+    if (field_format(path) == vti) write_vti(file, made.field);
   }
-  if (!plot.empty()) write_wind_plot(plot, checked);
+  if (!plot.empty()) files.add(plot, plot_wind(checked));
   log.finish();
-  for (const std::string& path : outputs) std::cerr << "tremula: wrote " << path << '\n';
-  if (!plot.empty()) std::cerr << "tremula: wrote " << plot << '\n';
-  if (report.empty()) return;
+  if (!report.empty()) files.add(report, text_of(report_of(made, checked, verdict, log)));
+  files.commit();
+  files.announce();
+  if (says_verdict()) print(verdict_text(made.field, checked, verdict));
+}
 
+Json WindCommand::report_of(const FieldWithOrigin& made, const WindReport& checked,
+                            const WindVerdict& verdict, const StageLog& log) const {
   Json settings = {{"bands_per_decade", bands_per_decade}, {"separations_cells", separations}};
   if (made.wind) settings["wind"] = cli::describe(made.flags, *made.wind);
-  if (made.synthesis) settings.update({{"tile", tile}, {"match", match}});
+  if (made.synthesis) settings.update({{"tile", tile}, {"tower", grid.tower}, {"match", match}});
   Json json = {{"tremula", TREMULA_VERSION},
                {"input", input.empty() ? Json() : Json(input)},
                {"settings", settings},
@@ -281,9 +352,9 @@ void WindCommand::run() const {
         describe(*made.synthesis, row_nearest(made.field.grid, made.field.grid.reference_height));
   }
   json.update(describe(checked.statistics, checked.targets));
+  json["verdict"] = describe(verdict);
   json.update({{"outputs", outputs}, {"stages", log.json()}, {"peak_bytes", peak_bytes()}});
-  write_file_atomically(report, json.dump(1) + '\n');
-  std::cerr << "tremula: wrote " << report << '\n';
+  return json;
 }
 
 }  // namespace
@@ -291,33 +362,39 @@ void WindCommand::run() const {
 void add_wind(CLI::App& app) {
   auto command = std::make_shared<WindCommand>();
   CLI::App& sub = *app.add_subcommand("wind", "Synthesise a wind field, or read one; write and check it");
-  CLI::Option* field = sub.add_option(
+  sub.add_option(
       "FIELD", command->input,
-      "A wind field of TurbSim or of any program that writes .bts; none: one is synthesised. With a field, "
-      "the flags of the wind only say what it is checked against");
+      "A wind field of TurbSim or of any program that writes .bts; none: one is synthesised. Of a field, "
+      "numbers and a verdict are printed; the flags of the wind say what it is held against");
   sub.add_option("-o,--output", command->outputs,
                  "What to write, by extension: .bts (TurbSim, OpenFAST), .vti (ParaView: the frozen gusts as "
-                 "a box); may be "
-                 "repeated");
+                 "a box); may be repeated. Without any output, numbers and a verdict are printed")
+      ->allow_extra_args(false);
   sub.add_option("--report", command->report,
                  "Settings, mean [m/s], deviation [m/s], spectra [(m/s)^2/Hz] by height and coherence by "
                  "distance [m] beside their targets, seconds and memory, as JSON");
   sub.add_option("--plot", command->plot, "The same as a picture (.svg)");
   sub.add_flag("--list-terrains", command->list_terrains, "List the terrains and their numbers");
 
-  command->wind.add_to(sub, {.speed = "--speed", .spectrum = "--spectrum,--model", .heading = false});
-  std::vector<CLI::Option*> of_synthesis = command->grid.add_to(sub);
-  of_synthesis.push_back(sub.add_flag("--tile", command->tile,
-                                      "The field repeats itself across and up too, one spacing beyond its "
-                                      "last points")
-                             ->group("Grid"));
-  sub.add_option("--match", command->match,
-                 "spectrum: that of the model, without the gusts slower than the loop; variance: all of "
-                 "the model's, each row scaled")
-      ->check(CLI::IsMember({"spectrum", "variance"}))
-      ->capture_default_str()
-      ->group("Grid");
-  for (CLI::Option* option : of_synthesis) option->excludes(field);
+  command->wind.add_to(sub, false);
+  command->reference_option = sub.get_option("--reference-height");
+  command->of_synthesis = command->grid.add_to(sub);
+  command->of_synthesis.push_back(
+      sub.add_flag("--tile", command->tile,
+                   "The field repeats itself across and up too, one spacing beyond its "
+                   "last points")
+          ->group("Grid"));
+  command->of_synthesis.push_back(
+      sub.add_option(
+             "--match", command->match,
+             "What the deviations are to be. spectrum: every frequency has the power of the model, and what "
+             "is slower than the loop is missing. The others scale the spectra, shape kept, up to the whole "
+             "of the model's variance: variance: each row, in the mean over seeds; hub: exactly at the point "
+             "nearest the reference height, everywhere by one number a component; points: exactly at each "
+             "point, by its own")
+          ->transform(CLI::IsMember({"spectrum", "variance", "hub", "points"}, CLI::ignore_case))
+          ->capture_default_str()
+          ->group("Grid"));
 
   const char* check = "Check";
   sub.add_option("--bands", command->bands_per_decade,
@@ -327,6 +404,7 @@ void add_wind(CLI::App& app) {
   sub.add_option("--separations", command->separations,
                  "Distances at which coherence is measured [cells of the grid]")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str()
       ->group(check);
   sub.add_option(
@@ -337,22 +415,17 @@ void add_wind(CLI::App& app) {
   command->threads.add_to(sub);
   sub.footer(
       "Examples:\n"
-      "  tremula wind --speed 6 --terrain parkland -o gusts.bts --plot gusts.svg\n"
-      "  tremula wind --spectrum iec-kaimal --speed 12 --reference-height 90 --profile power:0.2 \\\n"
+      "  tremula wind --wind-speed 6 --terrain open -o gusts.bts --plot gusts.svg\n"
+      "  tremula wind --spectrum iec-kaimal --wind-speed 12 --reference-height 90 --profile power:0.2 \\\n"
       "      --points 51x51 --size 145x145 --center-height 90 --steps 4096 --step 0.1 --seed 1 \\\n"
       "      -o field.bts --report wind.json\n"
-      "  tremula wind field.bts --plot check.svg --spectrum iec-kaimal --turbulence-intensity 0.16\n"
+      "  tremula wind field.bts --spectrum iec-kaimal --turbulence-intensity 0.16 --plot check.svg\n"
       "  tremula wind field.bts -o field.vti\n"
       "  tremula wind field.bts --plot check.svg --separations 1,3,9 --bands 5\n");
-  sub.callback([command, &sub] {
+  sub.callback([command] {
     if (command->list_terrains) {
-      std::cout << terrain_table();
+      print(terrain_table());
       return;
-    }
-    command->speed_given = sub.count("--speed") > 0;
-    command->reference_given = sub.count("--reference-height") > 0;
-    for (const CLI::Option* option : sub.get_options()) {
-      if (option->get_group() == WindFlagNames{}.group && option->count() > 0) command->wind_given = true;
     }
     command->threads.run([&] { command->run(); });
   });

@@ -11,13 +11,7 @@
 
 namespace tremula::cli {
 
-// What differs between the commands.
-struct WindFlagNames {
-  std::string speed = "--wind-speed";
-  std::string spectrum = "--spectrum";  // further names after commas
-  bool heading = true;                  // a field on a plane across the wind has none
-  std::string group = "Wind";
-};
+inline constexpr const char* wind_flag_group = "Wind";
 
 struct WindFlags {
   double speed = 6, reference_height = 10, heading = 0;
@@ -25,18 +19,31 @@ struct WindFlags {
   std::optional<std::string> coherence, terrain;
   std::optional<double> turbulence_intensity, friction_velocity;  // default_turbulence_intensity, or terrain
   std::optional<int> iec_edition;
+  std::optional<double> turbulence_intensity_v, turbulence_intensity_w, sigma_ratio_v, sigma_ratio_w;
+  double covariance_uw = 0;
   std::optional<double> power_exponent, roughness_length, displacement, canopy_height, canopy_decay;
   std::vector<double> decay_y, decay_z;  // of u, v, w; empty: those of the model
   std::uint64_t seed = 1;
 
-  void add_to(CLI::App& command, const WindFlagNames& names = {});
+  // The options themselves, to tell which were given: what every wind has, the turbulence, its realisation.
+  CLI::Option* speed_option = nullptr;
+  std::vector<CLI::Option*> of_mean, of_turbulence, of_realisation;
 
+  // A field on a plane across the wind has no heading.
+  void add_to(CLI::App& command, bool with_heading);
+
+  // Both throw InputError for flags that would have no effect; they read the profile where --profile names a
+  // file.
   MeanWind mean_wind() const;
-  // At the reference height: as given, or that of the friction velocity, of the terrain, or the default.
-  double intensity(const MeanWind& mean) const;
-  // All of it; reads the table where --spectrum names one. Both throw InputError.
+  double intensity(const MeanWind& mean) const;  // sigma_u / U at the reference height
+  // All of it; reads the table where --spectrum names one. Throws InputError.
   TurbulentWind wind() const;
+  std::string spectrum_name() const;  // as the program writes it
 };
+
+// Throws InputError naming the first of the options that was given: "--seed: given with ..., wanted ...".
+void refuse_given(const std::vector<CLI::Option*>& options, const std::string& with,
+                  const std::string& wanted);
 
 inline constexpr double default_turbulence_intensity = 0.2;
 

@@ -5,7 +5,8 @@ namespace {
 
 constexpr const char* component_names[] = {"u", "v", "w"};
 
-Json by_component(const std::array<double, 3>& values) {
+template <typename Value>
+Json by_component(const std::array<Value, 3>& values) {
   return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
 }
 
@@ -35,9 +36,10 @@ Json describe(const FieldStatistics& statistics, const WindTargets& targets) {
                  {"turbulence_intensity", row.turbulence_intensity},
                  {"covariance_uw_m2_s2", row.covariance_uw}};
     if (i < targets.mean.y.size()) {
-      json["target_mean_m_s"] = by_component({targets.mean.y[i], 0, 0});
-      json["target_deviation_m_s"] =
-          by_component({targets.deviation[0].y[i], targets.deviation[1].y[i], targets.deviation[2].y[i]});
+      json["target_mean_m_s"] = by_component(std::array{targets.mean.y[i], targets.mean_across.y[i], 0.0});
+      json["target_covariance_uw_m2_s2"] = targets.covariance.y[i];
+      json["target_deviation_m_s"] = by_component(
+          std::array{targets.deviation[0].y[i], targets.deviation[1].y[i], targets.deviation[2].y[i]});
     }
     rows.push_back(std::move(json));
   }
@@ -79,13 +81,28 @@ Json describe(const FieldStatistics& statistics, const WindTargets& targets) {
           {"coherence", coherence}};
 }
 
+Json describe(const WindVerdict& verdict) {
+  Json json = {{"seam", by_component(verdict.seam)}};
+  if (verdict.has_targets) {
+    json.update({{"mean_error", verdict.mean_error},
+                 {"deviation", by_component(verdict.deviation)},
+                 {"deviation_scatter", by_component(verdict.deviation_scatter)},
+                 {"spectrum", by_component(verdict.spectrum)},
+                 {"coherence_rms", by_component(verdict.coherence_rms)}});
+  }
+  json["faults"] = verdict.faults;
+  return json;
+}
+
 Json describe(const SynthesisReport& report, std::size_t row) {
-  return {{"resolved_share", by_component({report.resolved_share[0][row], report.resolved_share[1][row],
-                                           report.resolved_share[2][row]})},
-          {"clipped_share", by_component(report.clipped_share)},
-          {"mean_clipped_share", by_component(report.mean_clipped_share)},
-          {"coherence_error", by_component(report.coherence_error)},
-          {"largest_domain", {{"y", report.largest_columns}, {"z", report.largest_rows}}}};
+  return {
+      {"resolved_share", by_component(std::array{report.resolved_share[0][row], report.resolved_share[1][row],
+                                                 report.resolved_share[2][row]})},
+      {"clipped_share", by_component(report.clipped_share)},
+      {"mean_clipped_share", by_component(report.mean_clipped_share)},
+      {"coherence_error", by_component(report.coherence_error)},
+      {"match_factor", by_component(report.match_factor)},
+      {"largest_domain", {{"y", report.largest_columns}, {"z", report.largest_rows}}}};
 }
 
 }  // namespace tremula::cli

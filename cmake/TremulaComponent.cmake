@@ -1,15 +1,15 @@
-# tremula_component(NAME [DEPENDS components...] [PUBLIC libs...] [PRIVATE libs...])
+# tremula_component(NAME [DEPENDS components...] [PUBLIC libs...] [PRIVATE libs...] [DEFINITIONS public ones...])
 # One library per folder of src/tremula, from every .cpp in it. It may include only the folders it depends on
 # by name; the link line keeps the picture of the cascade honest.
 function(tremula_component name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE;DEFINITIONS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   set(target tremula_${name})
   if(sources)
     set(scope PUBLIC)
-    add_library(${target} STATIC ${sources})
+    add_library(${target} ${sources})  # static, or shared with BUILD_SHARED_LIBS
     tremula_compile_options(${target})
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    tremula_library_properties(${target})
   else()
     set(scope INTERFACE)
     add_library(${target} INTERFACE)
@@ -19,12 +19,19 @@ function(tremula_component name)
   target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
                              $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_compile_features(${target} ${scope} cxx_std_20)
+  target_compile_definitions(${target} ${scope} ${ARG_DEFINITIONS})
   list(TRANSFORM ARG_DEPENDS PREPEND tremula::)
   target_link_libraries(${target} ${scope} ${ARG_DEPENDS} ${ARG_PUBLIC})
   if(sources)
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
   endif()
   set_property(GLOBAL APPEND PROPERTY TREMULA_COMPONENTS ${target})
+endfunction()
+
+# How a library is built and named: tremula_${name}, with the versions of the project that fit each other in its soname.
+function(tremula_library_properties target)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION ${PROJECT_VERSION}
+                        SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} INSTALL_RPATH "$ORIGIN")
 endfunction()
 
 function(tremula_compile_options target)
@@ -40,6 +47,10 @@ function(tremula_compile_options target)
 endfunction()
 
 if(TREMULA_SANITIZE)
-  add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_compile_options(-fsanitize=${TREMULA_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${TREMULA_SANITIZE})
+endif()
+if(TREMULA_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
   add_link_options(-fsanitize=address,undefined)
 endif()

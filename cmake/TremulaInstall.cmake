@@ -6,6 +6,8 @@ install(TARGETS ${components} EXPORT tremulaTargets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(DIRECTORY src/tremula DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
 install(EXPORT tremulaTargets NAMESPACE tremula:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tremula)
+list(TRANSFORM components REPLACE "^tremula_" "" OUTPUT_VARIABLE component_names)
+list(JOIN component_names ", " component_names)
 configure_package_config_file(cmake/tremulaConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/tremulaConfig.cmake
                               INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tremula)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/tremulaConfigVersion.cmake
@@ -16,5 +18,6 @@ install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tremulaConfig.cmake
               cmake/deps/FindStb.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tremula)
 if(TARGET tremula_cli)
+  set_target_properties(tremula_cli PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
   install(TARGETS tremula_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

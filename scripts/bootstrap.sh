@@ -1,38 +1,63 @@
 #!/usr/bin/env bash
-# Installs what tremula needs to build, run and test itself on Debian 12 or Ubuntu 24.04.
-# Idempotent, and quick when nothing is missing. Usage: scripts/bootstrap.sh
+# Installs what tremula needs on Debian or Ubuntu. Idempotent, and quick when nothing is missing.
+# Usage: scripts/bootstrap.sh [PURPOSE]
+#   PURPOSE: build, what the program, the library and the demo are made from;
+#            test (default), also what the tests, the benchmarks and the check of the formatting take
 set -euo pipefail
 cd "$(dirname "$0")/.."
+purpose=${1:-test}
+sudo=()
+if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi
 
 packages=(
-  g++ cmake ninja-build git ca-certificates
-  libeigen3-dev libspectra-dev libfftw3-dev libkissfft-dev librandom123-dev libtbb-dev
-  libcli11-dev nlohmann-json3-dev zlib1g-dev libmatio-dev libstb-dev
-  googletest libgtest-dev libbenchmark-dev clang-format-14
-  nodejs chromium
+  g++ cmake ninja-build ca-certificates
+  libeigen3-dev libfftw3-dev librandom123-dev libtbb-dev
+  libcli11-dev nlohmann-json3-dev zlib1g-dev libstb-dev
 )
+# A Node.js from elsewhere is as good as the system's, as long as it brings npm.
+if ! command -v node >/dev/null || ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
+if_there_is=()  # tests that want one of these skip and say so where the system has no such package
+npm_omits=(--omit=dev)
+case $purpose in
+  build) ;;
+  test)
+    packages+=(git python3 libspectra-dev libmatio-dev libgtest-dev libgmock-dev libbenchmark-dev libkissfft-dev)
+    if_there_is=(clang-format-14 chromium)
+    npm_omits=()
+    ;;
+  *)
+    echo "bootstrap: '$purpose' is no purpose; build and test are" >&2
+    exit 2
+    ;;
+esac
+
+installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+can_be_installed() { [[ $(LC_ALL=C apt-cache policy "$1" 2>/dev/null) == *"Candidate: "[!\(]* ]]; }
 
 missing=()
-for package in "${packages[@]}"; do
-  # A Node.js from elsewhere is as good as Debian's, as long as it brings npm.
-  if [ "$package" = nodejs ] && command -v node >/dev/null && command -v npm >/dev/null; then continue; fi
-  dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed || missing+=("$package")
-done
-if [[ " ${missing[*]-} " == *" nodejs "* ]]; then missing+=(npm); fi
-
+for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
+wished=()
+for package in ${if_there_is[@]+"${if_there_is[@]}"}; do installed "$package" || wished+=("$package"); done
+if [ $((${#missing[@]} + ${#wished[@]})) -gt 0 ]; then
+  # Lists are fetched for what must be there; for a wish alone only where there are none yet.
+  if [ ${#missing[@]} -gt 0 ] || ! can_be_installed g++; then "${sudo[@]}" apt-get update -qq; fi
+  for package in ${wished[@]+"${wished[@]}"}; do
+    if can_be_installed "$package"; then
+      missing+=("$package")
+    else
+      echo "bootstrap: this system has no package $package; what needs it will skip"
+    fi
+  done
+fi
 if [ ${#missing[@]} -gt 0 ]; then
-  sudo=()
-  if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi
   echo "bootstrap: installing ${missing[*]}"
-  "${sudo[@]}" apt-get update -qq
   "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
 fi
 
-# The viewer's packages, pinned by its lock file; skipped while the lock file has not changed.
-if [ -f viewer/package-lock.json ]; then
-  if ! cmp -s viewer/package-lock.json viewer/node_modules/.bootstrapped; then
-    (cd viewer && npm ci --no-audit --no-fund --loglevel=error)
-    cp viewer/package-lock.json viewer/node_modules/.bootstrapped
-  fi
+# The viewer's packages, pinned by its lock file; skipped while they are those of the lock file.
+if ! cmp -s viewer/package-lock.json "viewer/node_modules/.for-$purpose"; then
+  (cd viewer && npm ci ${npm_omits[@]+"${npm_omits[@]}"} --no-audit --no-fund --loglevel=error)
+  cp viewer/package-lock.json viewer/node_modules/.for-build
+  if [ "$purpose" = test ]; then cp viewer/package-lock.json viewer/node_modules/.for-test; fi
 fi
-echo "bootstrap: everything is installed"
+echo "bootstrap: everything to $purpose is installed"

@@ -3,7 +3,7 @@
 # it. Leaves everything in out/demo and says where.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-scripts/bootstrap.sh
+scripts/bootstrap.sh build
 cmake --preset release -DTREMULA_TESTS=OFF -B build/demo
 cmake --build build/demo
 

@@ -1,6 +1,8 @@
 #include "tremula/pipeline.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/geometry/skeleton_checks.hpp"
 #include "tremula/numerics/fft.hpp"
 
 #include <algorithm>
@@ -51,6 +53,7 @@ void check_finite(const Motion& motion, const Modes& modes) {
 }  // namespace
 
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress) {
+  check_skeleton(skeleton, "skeleton", {.leaves_without_size = true});
   tell(progress, "structure");
   const Structure structure = assemble(skeleton, options.structure);
   tell(progress, "modes");
@@ -60,6 +63,10 @@ Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progres
 
 Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress,
                      std::vector<std::string>* warnings) {
+  check_skeleton(subject.skeleton, "skeleton of the subject", {.leaves_without_size = true});
+  check_equal("branches of the structure", subject.structure.branch_count(), subject.skeleton.branch_count());
+  check_equal("rows of the mode shapes", subject.modes.shapes.rows(), subject.structure.size());
+  check_equal("columns of the mode shapes", subject.modes.shapes.cols(), subject.modes.count());
   check_loop(weather.loop);
   const Structure& structure = subject.structure;
   const Modes& modes = subject.modes;

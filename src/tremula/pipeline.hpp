@@ -46,7 +46,8 @@ struct Weather {
   TimeAxis loop{.period = 20, .sample_count = 600};
 };
 
-// Throws InputError for options out of range (see the stages).
+// Throws InputError for a skeleton that check_skeleton does not pass and for options out of range (see the
+// stages).
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress = {});
 
 // What the user should know about a loop: modes above its highest frequency, wind that it is too short for,
@@ -55,7 +56,7 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
                                 const MotionStatistics& statistics);
 
 // The loop that this weather gives the subject. `warnings`, where given, takes what the wind has to say, a
-// line each. Throws InputError for settings out of range.
+// line each. Throws InputError for settings out of range, and for a subject whose parts do not fit together.
 Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress = {},
                      std::vector<std::string>* warnings = nullptr);
 

@@ -110,7 +110,9 @@ TEST(Wind, ChecksAndRewritesAField) {
   const Outcome outcome =
       run(folder, "wind a.bts -o b.bts -o b.vti --report r.json --plot r.svg --separations 2,1 --bands 1000");
   ASSERT_EQ(outcome.code, 0) << outcome.messages;
-  EXPECT_EQ(outcome.output, "");
+  EXPECT_THAT(outcome.output,
+              StartsWith("field      2 x 3 points (y x z), z 4 to 8 m, 64 steps of 0.5 s: 32 s\n"));
+  EXPECT_THAT(outcome.output, HasSubstr("\nverdict    "));
   for (const std::string name : {"b.bts", "b.vti", "r.json", "r.svg"})
     EXPECT_THAT(outcome.messages, HasSubstr("tremula: wrote " + name));
   EXPECT_EQ(file_count(folder), 5U);
@@ -332,17 +334,27 @@ TEST(Wind, RefusesInOneLineAndLeavesNoFile) {
     EXPECT_EQ(file_count(folder), 1U) << arguments;
   };
   const std::string good = small_bts();
-  expect_refused("wind a.bts", good, "no output, wanted --report");
   expect_refused("wind a.bts -o b.wav", good, "'.wav', wanted .bts (TurbSim)");
   expect_refused("wind a.bts --plot b.png", good, "'.png', wanted .svg");
   expect_refused("wind b.bts --report r.json", good, "b.bts: cannot be opened");
   expect_refused("wind a.bts -o b.bts --report r.json --bands 0", good,
-                 "bands per decade: 0.000000, wanted 1 to 1000");
+                 "bands per decade: 0, wanted 1 to 1000");
   expect_refused("wind a.bts --plot r.svg --separations 0", good,
                  "separation across: 0 cells, wanted 1 or more");
   expect_refused("wind a.bts --report r.json", good.substr(0, 100), "a.bts: 100 bytes, wanted 265");
   expect_refused("info a.bts", "tree", "a.bts: kind of file (byte 0)");
-  expect_refused("wind a.bts --points 3x3 -o b.bts", good, "FIELD excludes --points");
+  for (const std::string flag :
+       {"--points 3x3", "--tower", "--tile", "--match hub", "--seed 3", "--amplitudes phases"}) {
+    const std::string name = flag.substr(0, flag.find(' '));
+    expect_refused("wind a.bts " + flag, good,
+                   name + ": given with the field a.bts, wanted none: it says how");
+  }
+  for (const std::string flag : {"--turbulence-intensity 0.2", "--wind-speed 5", "--spectrum von-karman",
+                                 "--covariance-uw -0.1", "--terrain open", "--sigma-ratio-v 1"}) {
+    const std::string name = flag.substr(0, flag.find(' '));
+    expect_refused("wind a.bts -o b.bts " + flag, good,
+                   name + ": given with -o, which writes the field a.bts");
+  }
   expect_refused("wind a.bts --plot r.svg --profile cubic", good, "--profile: 'cubic', wanted log, power");
 
   const auto expect_no_field = [&](const std::string& arguments, const std::string& part) {
@@ -355,10 +367,10 @@ TEST(Wind, RefusesInOneLineAndLeavesNoFile) {
   expect_no_field("--size 0x3", "--size: 0, wanted above 0 m");
   expect_no_field("--size 1e300x3", "--size: 1e+300, wanted above 0 m");
   expect_no_field("--center-height 3", "--center-height 3 of 20 m: lowest row at -7 m");
-  expect_no_field("--center-height nan", "--center-height: nan, wanted above 0 m");
+  expect_no_field("--center-height nan", "--center-height: 'nan', wanted a number");
   expect_no_field("--steps 0", "--steps: 0, wanted 1 or more");
   expect_no_field("--step 0", "--step: 0, wanted above 0 s");
-  expect_no_field("--step inf", "--step: inf, wanted above 0 s");
+  expect_no_field("--step inf", "--step: 'inf', wanted a number");
   expect_no_field("--period 20.05", "--period 20.05 at 0.1 s a step: 200.5 steps, wanted a whole number");
   expect_no_field("--period 20 --step 0.1 --steps 300", "--period: given with --steps and --step");
   expect_no_field("--points 5000x5000 --steps 1000000", "400000 GB of memory, wanted at most the ");
@@ -367,16 +379,176 @@ TEST(Wind, RefusesInOneLineAndLeavesNoFile) {
   expect_no_field("--coherence rose", "coherence: rose, wanted shinya-fournier");
   expect_no_field("--coherence iec --decay-y 1,2,3", "--decay-y: given with --coherence iec");
   expect_no_field("--decay-y 1,2", "--decay-y");
-  expect_no_field("--decay-z 1,2,-3", "coherence decay with height: -3");
+  expect_no_field("--decay-z 1,2,-3", "--decay-z: '-3'");
   expect_no_field("--terrain mars", "terrain: mars, wanted open, grass");
   expect_no_field("--profile power:x", "--profile: 'power:x', wanted");
   expect_no_field("--profile power:0.3 --power-exponent 0.2", "wanted one exponent");
-  expect_no_field("--turbulence-intensity 0.2 --friction-velocity 1", "excludes");
-  expect_no_field("--turbulence-intensity nan", "turbulence intensity: nan, wanted 0 to 2");
-  expect_no_field("--speed -1", "wind speed: -1");
+  expect_no_field("--turbulence-intensity 0.2 --friction-velocity 1", "given with --friction-velocity");
+  expect_no_field("--turbulence-intensity nan", "--turbulence-intensity: 'nan'");
+  expect_no_field("--speed -1", "--wind-speed: '-1'");
+  expect_no_field("--power-exponent 0.2",
+                  "--power-exponent: given with --profile log, wanted --profile power");
+  expect_no_field("--profile power --roughness-length 0.1", "--roughness-length: given with --profile power");
+  expect_no_field("--profile constant --displacement 1", "--displacement: given with --profile constant");
+  expect_no_field("--profile power --turbulence-intensity 0.1 --terrain open",
+                  "--terrain: given with --profile");
+  expect_no_field("--canopy-decay 1", "--canopy-decay: given without a canopy");
+  expect_no_field("--sigma-ratio-v -1", "--sigma-ratio-v: '-1', wanted 0 or");
+  expect_no_field("--turbulence-intensity-w nan", "--turbulence-intensity-w: 'nan', wanted 0 or");
+  expect_no_field("--sigma-ratio-w 1 --turbulence-intensity-w 0.1", "wanted one of them");
+  expect_no_field("--covariance-uw -9", "covariance of u and w: -9 m^2/s^2, wanted at most 0.");
+  expect_no_field("--covariance-uw -0.1 --amplitudes phases",
+                  "covariance of u and w: -0.1 m^2/s^2, wanted none");
+  expect_no_field("--tower", "--tower: a lowest row at 0.5 m, 1 m between rows, wanted room");
+  expect_no_field("--tower --tile --center-height 20", "tower: under a tile");
+  expect_no_field("--match hub --center-height 30", "match at the hub: a reference height of 10");
+  expect_no_field("--profile a.bts", "a.bts:1");
   expect_no_field("--seed -1", "--seed");
   expect_no_field("--amplitudes big", "--amplitudes");
   expect_no_field("--match all", "--match");
+}
+
+TEST(Wind, SaysInNumbersWhetherAFieldIsTheWindThatFlagsDescribe) {
+  const test::TemporaryFolder folder;
+  const std::string wind = "--model IEC-Kaimal --wind-speed 12 --reference-height 30 --profile Power:0.14 ";
+  ASSERT_EQ(
+      run(folder, "wind " + wind + "--points 11x11 --size 40x40 --center-height 30 --steps 2048 -o a.bts")
+          .code,
+      0);
+  const Outcome good = run(folder, "wind a.bts " + wind),
+                other = run(folder, "wind a.bts " + wind + "--turbulence-intensity 0.1");
+  EXPECT_EQ(good.code, 0) << good.messages;
+  EXPECT_EQ(good.messages, "");
+  EXPECT_THAT(good.output, HasSubstr("\nhub        y 0 m, z 30 m: U 12.000 m/s, sigma "));
+  EXPECT_THAT(good.output, HasSubstr("\nverdict    as wanted\n"));
+  EXPECT_THAT(other.output, HasSubstr("\nverdict    the deviation of u is "));
+  EXPECT_THAT(run(folder, "wind a.bts").output, HasSubstr("nothing said what it should be"));
+  EXPECT_EQ(file_count(folder), 1U);
+  // One of our own is judged where nothing else is made of it.
+  EXPECT_THAT(run(folder, "wind --points 5x5 --steps 256").output, HasSubstr("\nverdict    "));
+  EXPECT_EQ(run(folder, "wind --points 5x5 --steps 256 --report r.json").output, "");
+  EXPECT_TRUE(json::parse(contents(folder / "r.json")).at("verdict").at("faults").is_array());
+}
+
+TEST(Wind, TakesOneValueAfterAnOutputSoThatAFieldBehindItIsRead) {
+  const test::TemporaryFolder folder;
+  write(folder / "one.bts", small_bts(8, 64));
+  const std::string before = contents(folder / "one.bts");
+  ASSERT_EQ(run(folder, "wind -o y.vti --separations 1,2 one.bts").code, 0);
+  EXPECT_EQ(contents(folder / "one.bts"), before);
+  EXPECT_THAT(contents(folder / "y.vti"), HasSubstr("WholeExtent=\"0 63 0 1 0 2\""));
+}
+
+TEST(Wind, HasTheDeviationsOfAllComponentsThatFlagsGive) {
+  const test::TemporaryFolder folder;
+  const auto deviations = [&](const std::string& flags) {
+    const Outcome outcome =
+        run(folder, "wind --points 2x2 --steps 2048 --report r.json --wind-speed 10 " + flags);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    const json wind = json::parse(contents(folder / "r.json")).at("settings").at("wind").at("deviation_m_s");
+    return std::array<double, 3>{wind.at("u"), wind.at("v"), wind.at("w")};
+  };
+  for (const std::string model : {"simiu-scanlan", "iec-kaimal", "von-karman"}) {
+    const auto ratios = deviations("--spectrum " + model + " --sigma-ratio-v 0.75 --sigma-ratio-w 0.25");
+    EXPECT_NEAR(ratios[0], 2, 1e-12);
+    EXPECT_NEAR(ratios[1], 1.5, 1e-12);
+    EXPECT_NEAR(ratios[2], 0.5, 1e-12);
+    const auto own =
+        deviations("--spectrum " + model + " --turbulence-intensity 0.1 --turbulence-intensity-w 0.08");
+    EXPECT_NEAR(own[0], 1, 1e-12);
+    EXPECT_NEAR(own[2], 0.8, 1e-12);
+  }
+}
+
+TEST(Wind, MatchedAtTheHubHasTheIntensityThatWasAskedForInTheFile) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(
+      run(folder,
+          "wind --points 5x5 --steps 512 --center-height 10 --turbulence-intensity 0.15 --match HUB -o a.bts")
+          .code,
+      0);
+  const json info = json::parse(run(folder, "info a.bts --format json").output);
+  const double expected[] = {1, std::sqrt(1.5 * 15 / 9.5 / 6)};
+  for (const int c : {0, 1}) {
+    const double deviation = info.at("deviation_m_s").at(c == 0 ? "u" : "v").at(2).at(2);
+    EXPECT_NEAR(deviation / (0.15 * 6 * expected[c]), 1, 1e-4);
+  }
+}
+
+TEST(Wind, WithATowerStandsItOnTheMiddleOfTheLowestRow) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder, "wind --points 5x4 --size 8x9 --center-height 12 --steps 64 --tower -o a.bts").code,
+            0);
+  const json info = json::parse(run(folder, "info a.bts --format json").output);
+  EXPECT_EQ(info.at("z_m").at(0), 7.5);
+  EXPECT_EQ(info.at("tower").at("z_m"), (json{7.5, 4.5, 1.5}));
+  for (const char* component : {"u", "v", "w"}) {
+    for (const char* number : {"mean_m_s", "deviation_m_s"}) {
+      const double foot = info.at("tower").at(number).at(component).at(0),
+                   middle = info.at(number).at(component).at(0).at(2);
+      EXPECT_NEAR(foot, middle, 1e-9);
+    }
+  }
+  const double lowest = info.at("tower").at("mean_m_s").at("u").at(2);
+  EXPECT_NEAR(lowest, 6 * std::log(1.5 / 0.03) / std::log(10 / 0.03), 1e-3);
+}
+
+TEST(Wind, TakesAProfileThatVeersFromAFile) {
+  const test::TemporaryFolder folder;
+  write(folder / "mast.csv", "height_m,speed_m_s,direction_deg\n2,4,250\n10,8,260\n50,12,280\n");
+  const Outcome outcome =
+      run(folder,
+          "wind --profile mast.csv --points 3x3 --size 2x8 --center-height 6 --steps 2048 --report r.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_EQ(outcome.messages, "tremula: wrote r.json\n");
+  const json report = json::parse(contents(folder / "r.json"));
+  EXPECT_EQ(report.at("settings").at("wind").at("wind_speed_m_s"), 8) << "at 10 m";
+  EXPECT_EQ(report.at("settings").at("wind").at("profile"), "table");
+  // A compass direction grows clockwise, so the wind at the foot blows further to the left, to +y.
+  const json& foot = report.at("rows").at(0).at("mean_m_s");
+  const double angle = 10 * 3.14159265358979 / 180;
+  EXPECT_NEAR(foot.at("u"), 4 * std::cos(angle), 1e-5);
+  EXPECT_NEAR(foot.at("v"), 4 * std::sin(angle), 1e-5);
+  EXPECT_NEAR(report.at("rows").at(0).at("target_mean_m_s").at("v"), 4 * std::sin(angle), 1e-9);
+  ASSERT_EQ(
+      run(folder, "wind --profile mast.csv --wind-speed 4 --points 1x1 --steps 2048 --report r.json").code,
+      0);
+  EXPECT_NEAR(json::parse(contents(folder / "r.json")).at("rows").at(0).at("mean_m_s").at("u"), 4, 1e-5);
+  EXPECT_THAT(run(folder, "wind --profile mast.csv --points 2x2 --steps 2048 --report r.json").messages,
+              HasSubstr("warning: the grid reaches from 0.5 to 1.5 m, the profile from 2 to 50 m"));
+  for (const std::string flag : {"--terrain open", "--roughness-length 0.1", "--displacement 1",
+                                 "--canopy-height 1", "--canopy-decay 1"}) {
+    const Outcome refused = run(folder, "wind --profile mast.csv --report s.json " + flag);
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_THAT(refused.messages,
+                HasSubstr(flag.substr(0, flag.find(' ')) + ": given with --profile mast.csv"));
+  }
+}
+
+TEST(Wind, WarnsOfAFieldWithoutWindOrWithoutGusts) {
+  const test::TemporaryFolder folder;
+  EXPECT_THAT(run(folder, "wind --points 2x2 --steps 1 -o a.bts").messages,
+              HasSubstr("warning: a field of one step"));
+  EXPECT_THAT(run(folder, "wind --points 2x2 --steps 64 --wind-speed 0 -o a.bts").messages,
+              HasSubstr("warning: a wind speed of 0"));
+}
+
+TEST(Animate, TakesTheWindOfTheSameFlagsAndNames) {
+  const test::TemporaryFolder folder;
+  write(folder / "mast.csv", "height_m,speed_m_s,heading_deg\n0,0,30\n2,3,20\n10,8,0\n");
+  const auto settings = [&](const std::string& flags) {
+    const Outcome outcome =
+        run(folder, "animate stam-17 --period 4 --fps 8 --modes 4 --report r.json " + flags);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    return json::parse(contents(folder / "r.json")).at("settings").at("wind_settings");
+  };
+  const json own = settings("--profile mast.csv --sigma-ratio-v 0.5 --covariance-uw -0.2 --model Von-Karman");
+  EXPECT_EQ(own.at("spectrum"), "von-karman");
+  EXPECT_EQ(own.at("wind_speed_m_s"), 8);
+  EXPECT_EQ(own.at("covariance_uw_m2_s2"), -0.2);
+  EXPECT_NEAR(own.at("deviation_m_s").at("v"), 0.5 * 0.2 * 8, 1e-12);
+  EXPECT_EQ(own.at("profile_table").size(), 3U);
+  EXPECT_EQ(settings("--speed 4 --model iec-kaimal"), settings("--wind-speed 4 --spectrum IEC-KAIMAL"));
 }
 
 }  // namespace

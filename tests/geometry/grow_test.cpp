@@ -6,11 +6,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "support.hpp"
 
 namespace tremula {
 namespace {
@@ -212,7 +216,7 @@ TEST(Grow, ComputesPipeRadiiFromTheTips) {
 }
 
 struct BadGrowth {
-  const char* text;
+  std::string text;
   const char* message;
 };
 
@@ -253,8 +257,16 @@ TEST(Grow, RefusesPlantsThatCannotBeWithTheirPlace) {
     EXPECT_THAT(message_of(plant.text), HasSubstr(plant.message)) << plant.text;
 }
 
+// 1+1+…: `terms` ones.
+std::string long_sum(int terms) {
+  std::string sum = "1";
+  for (int i = 1; i < terms; ++i) sum += "+1";
+  return sum;
+}
+
 TEST(Grow, RefusesRunawayGrowthAtItsLimits) {
-  const GrowLimits limits = {.letters = 100'000, .branches = 1000, .leaves = 2000, .nesting = 50};
+  const GrowLimits limits = {
+      .letters = 100'000, .terms = 1'000'000, .branches = 1000, .leaves = 2000, .nesting = 50};
   const std::vector<BadGrowth> plants = {
       {"steps: 1000\naxiom: A\nA -> A A", "plant.lsys:3: more than 100000 letters, the last in step"},
       {"steps: 100000\naxiom: A\nA -> A [ A A ]", "more than 100000 letters"},
@@ -263,6 +275,11 @@ TEST(Grow, RefusesRunawayGrowthAtItsLimits) {
       {"steps: 100000\naxiom: F(1, 1) A\nA -> L(1, 1) A A", "more leaves than 2000, wanted a plant of fewer"},
       {"steps: 100000\naxiom: A\nA -> [ A ]",
        "plant.lsys:3: '[' nested more than 50 deep, wanted a plant of less"},
+      // 60 000 letters, each of which costs more than a letter should: in an argument, a condition, a weight.
+      {"steps: 60000\naxiom: A(1)\nA(n) -> A(" + long_sum(100) + ")",
+       "plant.lsys:3: more than 1000000 terms of expressions to work out, wanted fewer steps"},
+      {"steps: 60000\naxiom: A\nA : " + long_sum(100) + " > 0 -> A", "more than 1000000 terms"},
+      {"steps: 60000\naxiom: A\nA -> (" + long_sum(100) + ") A", "more than 1000000 terms"},
   };
   for (const BadGrowth& plant : plants) {
     EXPECT_THAT(message_of(plant.text, {.limits = limits}), HasSubstr(plant.message)) << plant.text;
@@ -272,6 +289,18 @@ TEST(Grow, RefusesRunawayGrowthAtItsLimits) {
 TEST(Grow, HasLimitsThatEndRunawayGrowthUnasked) {
   EXPECT_THAT(message_of("steps: 100000\naxiom: !(0.1) A\nA -> F(0.01) A A"),
               HasSubstr("more branches than 1000000"));
+}
+
+// Ten million letters would be within the limit of letters; with a thousand terms each they would take
+// minutes.
+TEST(Grow, EndsWithinSecondsHoweverLongItsExpressionsAre) {
+  TREMULA_NEED_DATA("cases/grows_without_end__spins.lsys");
+  std::ostringstream text;
+  text << std::ifstream(test::data_folder() / "cases/grows_without_end__spins.lsys").rdbuf();
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_THAT(message_of(text.str()), HasSubstr("plant.lsys:3: more than 200000000 terms of expressions"));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(100))
+      << "a hundred times too slow";
 }
 
 TEST(Grow, GrowsADeepPlantWithoutRecursion) {

@@ -10,6 +10,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <set>
 
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
@@ -409,6 +410,33 @@ TEST(MeshSurface, ABranchOnARigidArmBeginsAtItsOwnStart) {
     if (surface.branch[v] == 2) nearest = std::min(nearest, surface.position[v].x());
   }
   EXPECT_FLOAT_EQ(nearest, 0.5F);
+}
+
+TEST(MeshSurface, ARigidArmShowsWhereNothingElseReachesTheBranch) {
+  for (const double away : {0.14, 0.5}) {  // within the radii of both, 0.15, and clear of them
+    Skeleton skeleton = polyline({{0, 0, 0}, {0, 0, 1}, {0, 0, 2}}, 0.1);
+    skeleton.branches.push_back(make_branch(1, {away, 0, 0.8}, {away + 1, 0, 0.8}, 0.05, 0.05));
+    const Surface surface = mesh_surface(skeleton);
+    // The spike's triangles go from the first branch, at whose end the node is, to the start of the third.
+    int spikes = 0;
+    for (std::size_t t = 0; t < surface.bark_triangles.size(); t += 3) {
+      std::set<int> branches;
+      for (std::size_t c = 0; c < 3; ++c) branches.insert(surface.branch[surface.bark_triangles[t + c]]);
+      if (branches != std::set<int>{0, 2}) continue;
+      ++spikes;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint32_t v = surface.bark_triangles[t + c];
+        EXPECT_EQ(surface.along[v], surface.branch[v] == 0 ? 1 : 0);
+        const Vec3 point = corner(surface, v);
+        if (surface.branch[v] == 2) {
+          EXPECT_LE((point - skeleton.branches[2].start).norm(), 1e-6);
+        } else {
+          EXPECT_NEAR((point - Vec3(0, 0, 1)).norm(), 0.05, 1e-6);
+        }
+      }
+    }
+    EXPECT_EQ(spikes, away > 0.15 ? 3 : 0);  // a triangle for every side
+  }
 }
 
 TEST(MeshSurface, AForkOfTwoEqualStemsShowsBoth) {

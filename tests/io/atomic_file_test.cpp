@@ -1,9 +1,14 @@
 #include "tremula/io/atomic_file.hpp"
 
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -122,6 +127,149 @@ TEST(WriteFileAtomically, NeverReplacesADevice) {
   EXPECT_TRUE(fs::is_character_file("/dev/full"));
 }
 
+TEST(WriteFileAtomically, RefusesALinkToItselfAndLeavesIt) {
+  const TemporaryFolder folder;
+  fs::create_symlink("link", folder.path / "link");
+  EXPECT_EQ(complaint([&] { write_file_atomically(folder / "link", "x"); }),
+            folder / "link" + ": cannot be written: Too many levels of symbolic links");
+  EXPECT_TRUE(fs::is_symlink(folder.path / "link"));
+  EXPECT_EQ(files_in(folder), 1);
+}
+
+TEST(WriteFileAtomically, MakesTheFileThatADanglingLinkNames) {
+  const TemporaryFolder folder;
+  fs::create_symlink("real", folder.path / "link");
+  write_file_atomically(folder / "link", "new");
+  EXPECT_TRUE(fs::is_symlink(folder.path / "link"));
+  EXPECT_EQ(contents(folder / "real"), "new");
+}
+
+// A process that has been and gone.
+pid_t dead_process() {
+  const pid_t child = fork();
+  if (child == 0) _exit(0);
+  waitpid(child, nullptr, 0);
+  return child;
+}
+
+TEST(WriteFileAtomically, RemovesWhatDeadProcessesLeftInThatFolderAndNothingElse) {
+  const TemporaryFolder folder;
+  const std::string dead = std::to_string(dead_process());
+  const std::vector<std::string> gone{".tremula-" + dead + "-0", ".tremula-" + dead + "-17"},
+      kept{".tremula-" + std::to_string(getppid()) + "-0", ".tremula-" + dead, ".tremula-" + dead + "-x",
+           "tremula-" + dead + "-0", ".tremula-" + dead + "-0.csv"};
+  for (const auto& names : {gone, kept}) {
+    for (const std::string& name : names) std::ofstream(folder / name) << "left";
+  }
+  write_file_atomically(folder / "a", "x");
+  for (const std::string& name : gone) EXPECT_FALSE(fs::exists(folder / name)) << name;
+  for (const std::string& name : kept) EXPECT_TRUE(fs::exists(folder / name)) << name;
+}
+
+TEST(WriteFileAtomically, LeavesAFileThatSomeoneHasLocked) {
+  const TemporaryFolder folder;
+  const std::string name = folder / (".tremula-" + std::to_string(dead_process()) + "-0");
+  std::ofstream(name) << "of a process that this one cannot see";
+  const int file = open(name.c_str(), O_RDONLY);
+  ASSERT_EQ(flock(file, LOCK_EX), 0);
+  write_file_atomically(folder / "a", "x");
+  EXPECT_TRUE(fs::exists(name));
+  close(file);
+  write_file_atomically(folder / "a", "x");
+  EXPECT_FALSE(fs::exists(name));
+}
+
+TEST(AbandonUnfinishedFiles, LeavesNothingBehindAndLetsNoOtherBegin) {
+  const TemporaryFolder folder;
+  const pid_t child = fork();
+  if (child == 0) {
+    AtomicFile one(folder / "one"), two(folder / "two");
+    one.write("some");
+    abandon_unfinished_files();
+    _exit(fs::is_empty(folder.path) ? 42 : 1);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 42);
+  EXPECT_EQ(files_in(folder), 0);
+}
+
+TEST(CommitTogether, GivesEveryFileItsNameAndWhatWasThereIsGone) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "a", "old");
+  AtomicFile a(folder / "a"), b(folder / "b");
+  a.write("new a");
+  b.write("new b");
+  commit_together(std::array{&a, &b});
+  EXPECT_EQ(contents(folder / "a"), "new a");
+  EXPECT_EQ(contents(folder / "b"), "new b");
+  EXPECT_EQ(files_in(folder), 2);
+}
+
+TEST(CommitTogether, LeavesEverythingAsItWasWhereOneFileCannotHaveItsName) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "old", "old");
+  {
+    AtomicFile old(folder / "old"), fresh(folder / "fresh"), blocked(folder / "blocked"),
+        last(folder / "last");
+    for (AtomicFile* file : {&old, &fresh, &blocked, &last}) file->write("new");
+    fs::create_directory(folder / "blocked");  // since the file was begun
+    EXPECT_THROW(commit_together(std::array{&old, &fresh, &blocked, &last}), Error);
+  }
+  EXPECT_EQ(contents(folder / "old"), "old");
+  EXPECT_FALSE(fs::exists(folder / "fresh"));
+  EXPECT_FALSE(fs::exists(folder / "last"));
+  EXPECT_EQ(files_in(folder), 2);
+}
+
+TEST(CommitTogether, RenamesNothingWhereADeviceIsFull) {
+  const TemporaryFolder folder;
+  {
+    AtomicFile file(folder / "a"), full("/dev/full");
+    file.write("x");
+    full.write("x");
+    EXPECT_THROW(commit_together(std::array{&file, &full}), Error);
+  }
+  EXPECT_EQ(files_in(folder), 0);
+}
+
+TEST(AtomicFile, GivesAPipeItsBytesOnlyOnCommit) {
+  int ends[2];
+  ASSERT_EQ(pipe2(ends, O_NONBLOCK), 0);
+  char byte = 0;
+  {
+    AtomicFile abandoned(ends[1], "pipe");
+    abandoned.write("never");
+  }
+  EXPECT_EQ(read(ends[0], &byte, 1), -1);
+  AtomicFile out(ends[1], "pipe");
+  out.write("x");
+  EXPECT_EQ(read(ends[0], &byte, 1), -1);
+  out.commit();
+  EXPECT_EQ(read(ends[0], &byte, 1), 1);
+  EXPECT_EQ(byte, 'x');
+  EXPECT_EQ(close(ends[1]), 0) << "what was open stays open";
+  close(ends[0]);
+}
+
+TEST(AtomicFile, RefusesAStreamThatIsClosedOrOnlyRead) {
+  EXPECT_THAT(complaint([] { AtomicFile(-1, "standard output"); }), HasSubstr("standard output"));
+  const int file = open("/dev/null", O_RDONLY);
+  EXPECT_THAT(complaint([&] { AtomicFile(file, "standard output"); }), HasSubstr("cannot be written"));
+  close(file);
+}
+
+TEST(FileBehind, IsWhatAWriteReplaces) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "real", "x");
+  fs::create_symlink("real", folder.path / "link");
+  EXPECT_EQ(file_behind(folder / "link"), folder / "real");
+  EXPECT_EQ(file_behind(folder / "new"), folder / "new");
+  EXPECT_EQ(complaint([&] { file_behind(folder / "no/new"); }),
+            folder / "no/new" + ": cannot be written: No such file or directory");
+  EXPECT_THAT(complaint([&] { file_behind(folder.path); }), HasSubstr("Is a directory"));
+}
+
 TEST(ReadFile, GivesBackWhatWasWritten) {
   const TemporaryFolder folder;
   write_file_atomically(folder / "a", all_bytes);
@@ -148,8 +296,7 @@ TEST(ReadFile, RejectsWhatIsMissingAFolderOrTooLarge) {
   EXPECT_EQ(read_file(folder / "a", 5), "12345");
   EXPECT_EQ(complaint([&] { read_file(folder / "a", 4); }),
             folder / "a" + ": holds more than the 4 bytes that are read, wanted a smaller file");
-  EXPECT_EQ(complaint([&] { read_file("/dev/zero", 100000); }),
-            "/dev/zero: holds more than the 100000 bytes that are read, wanted a smaller file");
+  EXPECT_EQ(complaint([&] { read_file("/dev/zero", 100000); }), "/dev/zero: is a device, wanted a file");
 }
 
 TEST(ReadFile, ThrowsInputErrorSoThatTheProgramCanTellBadInputFromBadLuck) {

@@ -32,22 +32,17 @@ TEST_P(TextFile, IsRejectedBecauseOf) {
 
 std::string name_of(const testing::TestParamInfo<BadText>& info) { return info.param.name; }
 
+const std::string wanted_tables =
+    "wanted SWC (7 columns), TreeQSM (15 or 17) or a table of cylinders with a line of names above it";
 const std::vector<BadText> bad_anywhere = {
     {"Emptiness", "", "tree: an empty file, wanted a plant"},
     {"NothingButComments", "# nothing\n\n   \n#here\n",
      "tree: nothing but blank lines and comments, wanted a plant"},
     {"AnotherTable", "# x\n1 2 3\n",
-     "tree:2: 3 columns beginning with 1, wanted SWC (7 columns), TreeQSM (15 or 17) or the header of a "
-     "SimpleForest "
-     "table"},
-    {"Prose", "hello\n",
-     "tree:1: 1 column beginning with hello, wanted SWC (7 columns), TreeQSM (15 or 17) or the header of a "
-     "SimpleForest "
-     "table"},
+     "tree:2: 3 columns beginning with 1 (a point cloud is no tree model yet), " + wanted_tables},
+    {"Prose", "hello\n", "tree:1: 1 column beginning with hello, " + wanted_tables},
     {"AVeryLongLineOfGarbage", std::string(100000, '\x01'),
-     "tree:1: 1 column beginning with ????????????????????????????????????????..., wanted SWC (7 columns), "
-     "TreeQSM (15 "
-     "or 17) or the header of a SimpleForest table"},
+     "tree:1: 1 column beginning with ????????????????????????????????????????..., " + wanted_tables},
     {"BinaryData", std::string("1 1 0 0 0 1 -1\n\0", 16),
      "tree: binary data, wanted SWC, TreeQSM or SimpleForest text, or a MATLAB file"},
 };
@@ -119,7 +114,7 @@ const std::vector<BadText> bad_treeqsm = {
     {"AChangeOfColumns", good_row + "0.1 1 0 0 1 0 0 1 1 0 1 0 2 0\n",
      "tree:2: 14 columns, wanted 15 as in the lines before"},
     {"AHeaderWithoutItsColumns", "radius\tlength\tstart\taxis\tparent\n0.1 1 0\n",
-     "tree:2: 3 columns, wanted the 15 or 17 of TreeQSM: radius length start(3) axis(3) parent ..."},
+     "tree:2: 1 column, wanted 9 as in the header"},
     {"AHeaderAlone", "radius\tlength\tstart\taxis\tparent\n", "tree: no branch, wanted at least one"},
     {"AWordForALength", "0.1 long 0 0 0 0 0 1 0 2 1 0 1 0 0.1\n", "tree:1: length is long, wanted a number"},
     {"AWordInAColumnThatIsNotUsed", "0.1 1 0 0 0 0 0 1 0 2 1 0 1 no 0.1\n",
@@ -143,6 +138,9 @@ const std::vector<BadText> bad_treeqsm = {
      "tree:2: parent is 0.5, wanted 0 or the number of one of the 2 cylinders"},
     {"AParentBeyondAllCounts", good_row + "0.1 1 0 0 1 0 0 1 1e300 0 1 0 2 0 0.1\n",
      "tree:2: parent is 1e+300, wanted 0 or the number of one of the 2 cylinders"},
+    {"ItsOwnParent", good_row + "0.1 1 0 0 1 0 0 1 2 0 1 0 2 0 0.1\n",
+     "tree:2: parent is 2, the cylinder itself (were rows taken out? Parents count the rows of the whole "
+     "table), wanted all rows, or a column of ids that parents name"},
     {"ACycleAmongParents",
      good_row + "0.1 1 0 0 1 0 0 1 3 0 1 0 2 0 0.1\n" + "0.1 1 0 0 2 0 0 1 2 0 1 0 2 0 0.1\n",
      "tree:2: parents go round in a circle (2 > 3 > 2), wanted parents that lead to a root"},
@@ -153,26 +151,29 @@ const std::string base = "0,-1,0,0,0,0,0,2,0.1,2\n";
 const std::vector<BadText> bad_simpleforest = {
     {"AHeaderAlone", header, "tree: no branch, wanted at least one"},
     {"AHeaderWithoutRadius", "ID,parentID,startX,startY,startZ,endX,endY,endZ\n0,-1,0,0,0,0,0,2\n",
-     "tree:1: a header without radius, wanted the columns ID parentID startX startY startZ endX endY endZ "
-     "radius"},
+     "tree:1: a header without a radius, "
+     "wanted columns for the parent, the radius, the start (x y z) and the end (x y z), or an axis (x y z) "
+     "and a length"},
     {"AHeaderWithoutStart", "\nID, parentID\n",
-     "tree:2: a header without startX, wanted the columns ID parentID startX startY startZ endX endY endZ "
-     "radius"},
+     "tree:2: a header without a radius, "
+     "wanted columns for the parent, the radius, the start (x y z) and the end (x y z), or an axis (x y z) "
+     "and a length"},
     {"AMissingColumn", header + base + "1,0,0,0,2,0,0,3,0.1\n",
      "tree:3: 9 columns, wanted 10 as in the header"},
     {"AnExtraColumn", header + base + "1,0,0,0,2,0,0,3,0.1,1,1\n",
      "tree:3: 11 columns, wanted 10 as in the header"},
     {"AnEmptyField", header + base + "1,0,0,,2,0,0,3,0.1,1\n", "tree:3: startY is , wanted a number"},
     {"AWordForANumber", header + base + "1,0,0,0,2,0,0,up,0.1,1\n", "tree:3: endZ is up, wanted a number"},
-    {"NaN", header + base + "1,0,0,0,2,NaN,0,3,0.1,1\n", "tree:3: endX is NaN, wanted a finite number"},
-    {"Infinity", header + base + "1,0,0,0,2,0,0,Inf,0.1,1\n", "tree:3: endZ is Inf, wanted a finite number"},
+    {"NaN", header + base + "1,0,0,0,2,NaN,0,3,0.1,1\n", "tree:3: end x is nan, wanted a finite number"},
+    {"Infinity", header + base + "1,0,0,0,2,0,0,Inf,0.1,1\n", "tree:3: end z is inf, wanted a finite number"},
     {"ANegativeRadius", header + base + "1,0,0,0,2,0,0,3,-1e-3,1\n",
-     "tree:3: radius is -1e-3, wanted a number above 0"},
-    {"ARadiusOfZero", header + "0,-1,0,0,0,0,0,2,0.0,2\n", "tree:2: radius is 0.0, wanted a number above 0"},
+     "tree:3: radius is -0.001, wanted a number above 0"},
+    {"ARadiusOfZero", header + "0,-1,0,0,0,0,0,2,0.0,2\n", "tree:2: radius is 0, wanted a number above 0"},
     {"AnIdTwice", header + base + "5,0,0,0,2,0,0,3,0.1,1\n0,5,0,0,3,0,0,4,0.1,1\n",
      "tree:4: ID is 0 as on line 2, wanted one that stands once"},
     {"AParentThatIsNotThere", header + base + "1,7,0,0,2,0,0,3,0.1,1\n",
-     "tree:3: parentID is 7, wanted -1 or the ID of a cylinder in this file"},
+     "tree:3: parentID is 7, and no row has that ID (were rows taken out?), wanted -1 or the ID of a "
+     "cylinder in this file, or --allow-gaps to join what it carried"},
     {"ACycleAmongParents", header + base + "1,2,0,0,2,0,0,3,0.1,1\n2,1,0,0,3,0,0,4,0.1,1\n",
      "tree:3: parents go round in a circle (3 > 4 > 3), wanted parents that lead to a root"},
 };
@@ -182,6 +183,45 @@ INSTANTIATE_TEST_SUITE_P(Swc, TextFile, testing::ValuesIn(bad_swc), name_of);
 INSTANTIATE_TEST_SUITE_P(OwnSwc, TextFile, testing::ValuesIn(bad_own_swc), name_of);
 INSTANTIATE_TEST_SUITE_P(TreeQsm, TextFile, testing::ValuesIn(bad_treeqsm), name_of);
 INSTANTIATE_TEST_SUITE_P(SimpleForest, TextFile, testing::ValuesIn(bad_simpleforest), name_of);
+
+// What people drop in, by its first bytes.
+const std::vector<BadText> foreign = {
+    {"APlyFile", "ply\nformat ascii 1.0\n", "a PLY file"},
+    {"AnObjFile", "# Blender\nmtllib oak.mtl\no oak\nv 0 0 0\n", "an OBJ file"},
+    {"AnObjFileOfVertices", "v 0 0 0\nv 1 0 0\n", "an OBJ file"},
+    {"AnStlFile", "solid oak\n facet normal 0 0 1\n", "an STL file"},
+    {"ALasFile", std::string("LASF\0\0\0", 7), "a LAS or LAZ file"},
+    {"AnE57File", "ASTM-E57\1", "an E57 file"},
+    {"APcdFile", "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\n", "a PCD file"},
+    {"AnXyzFile", "1.5 2.5 3.5\n1.6 2.5 3.5\n", "a point cloud is no tree model yet"},
+    {"AnXyzFileWithColours", "1.5 2.5 3.5 0.5 255 128 7.5\n", "a point cloud is no tree model yet"},
+    {"AnMtg", "CODE:\tFORM-A\nCLASSES:\n", "a multiscale tree graph (MTG)"},
+    {"AnLpyModel", "Axiom: A(0)\nderivation length: 5\nproduction:\n", "an L-Py model"},
+    {"AnLSystem", "# oak\naxiom: F(1)\n", "an L-system, wanted a name that ends in .lsys"},
+    {"AJsonFile", "{\"name\": 1}", "a JSON file"},
+    {"AnXmlFile", "<?xml version='1.0'?>", "an XML file"},
+    {"AGzipFile", "\x1F\x8B\x08", "packed with gzip"},
+    {"AZipFile", "PK\x03\x04", "a zip archive"},
+    {"ATableInUtf16",
+     std::string("\xFF\xFE"
+                 "1\0 \0",
+                 6),
+     "text in UTF-16, wanted text in UTF-8"},
+};
+
+class ForeignFile : public testing::TestWithParam<BadText> {};
+
+TEST_P(ForeignFile, IsNamedForWhatItIs) {
+  const std::string complaint = test::complaint_about_bytes(GetParam().text, "tree");
+  EXPECT_TRUE(complaint.starts_with("tree:")) << complaint;
+  EXPECT_NE(complaint.find(GetParam().complaint), std::string::npos) << complaint;
+}
+
+INSTANTIATE_TEST_SUITE_P(Known, ForeignFile, testing::ValuesIn(foreign), name_of);
+
+TEST(ReadSkeleton, RefusesADeviceWithoutReadingIt) {
+  EXPECT_EQ(test::complaint_of([] { read_skeleton("/dev/zero"); }), "/dev/zero: is a device, wanted a file");
+}
 
 TEST(ReadSkeleton, RejectsAFolderAndWhatIsNotThere) {
   const TemporaryFolder folder;
@@ -234,10 +274,10 @@ TEST(MatFile, IsRejectedWithoutCylinders) {
   variables.push_back(test::mat_array("k1", 3, 1, {1, 2, 3}));
   variables.push_back(test::mat_text("note", "no tree"));
   test::save_mat(folder / "tree.mat", std::move(variables));
-  EXPECT_EQ(complaint_about(folder / "tree.mat"),
-            "tree.mat: a MATLAB file without cylinders, wanted a TreeQSM model: a struct QSM with a field "
-            "cylinder, or "
-            "the arrays Rad Len Sta Axe CPar");
+  EXPECT_EQ(
+      complaint_about(folder / "tree.mat"),
+      "tree.mat: a MATLAB file that holds k1 (numbers), note (text), wanted a TreeQSM model: a struct QSM "
+      "with a field cylinder, a struct cylinder, or the arrays Rad Len Sta Axe CPar");
 }
 
 TEST(MatFile, IsRejectedWhereAFieldIsMissing) {
@@ -317,7 +357,7 @@ TEST(MatFile, IsRejectedWithTheCylinderThatIsImpossible) {
   EXPECT_EQ(complaint_with(axis, test::mat_array("axis", 3, 3, {0, 0, 0, 0, 0, 0, 1, 1, 1e6})),
             "tree.mat: cylinder 3: length of the axis is 1e+06, wanted 1");
   EXPECT_EQ(complaint_with(axis, test::mat_array("axis", 3, 3, {0, 0, 0, 0, 0, 0, 1, 1, 1e10})),
-            "tree.mat: cylinder 3: axis z is 1e+10, wanted at most 1e+09");
+            "tree.mat: cylinder 3: length of the axis is 1e+10, wanted 1");
 }
 
 TEST(MatFile, IsRejectedInSinglePrecisionFarFromTheOrigin) {
@@ -359,9 +399,8 @@ TEST(MatFile, IsRejectedWhereverItIsCutOff) {
     }
   }
   EXPECT_EQ(complaint_about_bytes(bytes_of_small_model(true).substr(0, 128)),
-            "tree.mat: a MATLAB file without cylinders, wanted a TreeQSM model: a struct QSM with a field "
-            "cylinder, or "
-            "the arrays Rad Len Sta Axe CPar");
+            "tree.mat: a MATLAB file that holds nothing, wanted a TreeQSM model: a struct QSM with a field "
+            "cylinder, a struct cylinder, or the arrays Rad Len Sta Axe CPar");
 }
 
 // Where in an uncompressed file the data of a field begin: after its name, found by the number that stands
@@ -432,6 +471,31 @@ TEST(MatFile, IsRejectedWhereItsCompressedDataAreDamaged) {
   cut = with_word(cut, 132, static_cast<std::uint32_t>(cut.size() - 136));
   EXPECT_EQ(complaint_about_bytes(cut),
             "tree.mat: variable 1: compressed data that break off, wanted a whole file");
+}
+
+// A megabyte of zeros packs to a thousandth: what unpacks to more than a hundred times its size is refused by
+// the size that stands in it, before memory is taken for it.
+TEST(MatFile, IsRejectedWhereItUnpacksToAHundredTimesItsSize) {
+  const TemporaryFolder folder;
+  Fields variables;
+  variables.push_back(test::mat_array("zeros", 9'000'000, 1, std::vector<double>(9'000'000, 0.0)));
+  test::save_mat(folder / "tree.mat", std::move(variables));
+  const std::string complaint = complaint_about(folder / "tree.mat");
+  EXPECT_NE(complaint.find("bytes that unpack to 720000"), std::string::npos) << complaint;
+  EXPECT_NE(complaint.find("wanted at most 67108864"), std::string::npos) << complaint;
+}
+
+TEST(MatFile, IsRejectedWhereCylindersAreStructsOfTheirOwn) {
+  std::vector<Fields> cylinders(2), model(1);
+  for (Fields& fields : cylinders) fields = test::mat_cylinder_fields(small_table());
+  model[0].push_back(test::mat_struct("cylinder", std::move(cylinders)));
+  Fields variables;
+  variables.push_back(test::mat_struct("QSM", std::move(model)));
+  const TemporaryFolder folder;
+  test::save_mat(folder / "tree.mat", std::move(variables));
+  EXPECT_EQ(complaint_about(folder / "tree.mat"),
+            "tree.mat: QSM.cylinder: an array of 2 structs, wanted one struct of arrays with a row for each "
+            "cylinder");
 }
 
 }  // namespace

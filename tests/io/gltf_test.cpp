@@ -374,6 +374,9 @@ TEST(EncodeGlb, RejectsWhatWouldBeNoMesh) {
   EXPECT_THAT(message([&](Surface& s, MorphTargets&) { s.position[3].y() = nan; }), HasSubstr("not finite"));
   EXPECT_THAT(message([&](Surface&, MorphTargets& m) { m.shapes[1].normal[3].y() = nan; }),
               HasSubstr("not finite"));
+  EXPECT_THAT(message([&](Surface&, MorphTargets& m) { m.weights[4] = nan; }),
+              HasSubstr("weights of the loop: number 5 of 12"));
+  EXPECT_THAT(message([&](Surface&, MorphTargets& m) { m.times[1] = nan; }), HasSubstr("times of the loop"));
   EXPECT_THAT(message([&](Surface&, MorphTargets& m) { m.shapes[1].position.pop_back(); }),
               HasSubstr("18 vertices, wanted 19"));
   EXPECT_THAT(message([&](Surface&, MorphTargets& m) { m.weights.pop_back(); }), HasSubstr("11 weights"));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <limits>
 #include <sstream>
 #include <vector>
 
@@ -76,6 +77,14 @@ TEST(EncodePoseTable, RefusesFramesOutsideTheLoop) {
     const int frames[] = {bad};
     EXPECT_THROW(encode_pose_table(c.skeleton, c.modes, c.motion, frames), InputError);
   }
+}
+
+TEST(EncodePoseTable, RefusesAPoseThatIsNotFinite) {
+  Case c;
+  const int frames[] = {3};
+  EXPECT_NO_THROW(encode_pose_table(c.skeleton, c.modes, c.motion, frames));
+  c.motion.lean[7] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(encode_pose_table(c.skeleton, c.modes, c.motion, frames), Error);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "tremula/io/swc.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "io/input_files.hpp"
 #include "trees.hpp"
@@ -94,7 +95,7 @@ TEST(WriteSwc, KeepsTheOriginOfARecentredScan) {
   expect_identical(skeleton, through_a_file(skeleton).skeleton);
 }
 
-TEST(WriteSwc, KeepsTheOriginOfATreeThatIsRecentredOnlyWhenReadBack) {
+TEST(WriteSwc, IsReadBackWhereItStandsHoweverFarFromTheOrigin) {
   Skeleton skeleton = test::random_tree(5, 3);
   const Vec3 shift(1024, 0, 64);
   for (Vec3& root : skeleton.roots) root += shift;
@@ -103,11 +104,30 @@ TEST(WriteSwc, KeepsTheOriginOfATreeThatIsRecentredOnlyWhenReadBack) {
     branch.end += shift;
   }
   skeleton.origin = {0, 2048, 0};
-  const Skeleton back = through_a_file(skeleton).skeleton;
-  EXPECT_EQ(back.origin, Vec3(1024, 2048, 64));
-  for (std::size_t k = 0; k < back.branches.size(); ++k) {
-    EXPECT_EQ(back.branches[k].end + back.origin, skeleton.branches[k].end + skeleton.origin);
-  }
+  const ImportedSkeleton back = through_a_file(skeleton);
+  EXPECT_TRUE(back.repairs.empty());
+  expect_identical(skeleton, back.skeleton);
+}
+
+TEST(WriteSwc, KeepsWhatAScanWouldBeMendedFor) {
+  // Two branches in one place, one of a nanometre on a plant of metres, a start a hair from its node, a root
+  // in the air, and one on which nothing stands.
+  Skeleton skeleton = test::straight_stem(2, 1, 0.02, 0.01);
+  skeleton.roots.push_back({3, 0, 1.75});
+  skeleton.roots.push_back({9, 0, 0});
+  for (Branch& branch : skeleton.branches) branch.start_node += 2 * (branch.start_node > 0);
+  const auto add = [&](int node, const Vec3& start, const Vec3& end) {
+    skeleton.branches.push_back({node, start, end, 0.01, 0.005});
+  };
+  const Vec3 tip = skeleton.branches.back().end;
+  const int tip_node = skeleton.end_node(skeleton.branch_count() - 1);
+  for (int i = 0; i < 3; ++i) add(tip_node, tip, tip + Vec3(1, 0, 0));
+  add(tip_node, tip, tip + Vec3(1e-9, 0, 0));
+  add(tip_node, tip + Vec3(1e-10, 0, 0), tip + Vec3(0, 1, 0));
+  add(1, {3, 0, 1.75}, {3, 0, 2.5});
+  const ImportedSkeleton back = through_a_file(skeleton);
+  EXPECT_TRUE(back.repairs.empty());
+  expect_identical(skeleton, back.skeleton);
 }
 
 // Another program reads samples only: every branch must be the piece between a sample and its parent, and all
@@ -203,11 +223,42 @@ TEST(ReadSwc, KeepsRootsNearTheGroundAndJoinsHigherOnes) {
   EXPECT_EQ(imported.skeleton.roots, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0.49}}));
   EXPECT_EQ(count_of(imported, "joined_to_nearest"), 1u);
   EXPECT_EQ(test::message_of(imported, "joined_to_nearest"),
-            "1 segment without parent joined to the nearest branch");
+            "1 segment without parent joined to the nearest branch, at 1 m (line 6)");
   // The nearest to (2, 0, 0.51) is the second stem, whose lower end is the ground: so its tip carries the
   // third.
   EXPECT_EQ(imported.skeleton.branches[2].start, Vec3(2, 0, 0.51));
   EXPECT_EQ(imported.skeleton.branches[2].start_node, imported.skeleton.end_node(1));
+}
+
+TEST(ReadSwc, ReadsEveryDialectAsThePlainFile) {
+  const Skeleton expected = read_text("1 1 0 0 0 0.5 -1\n2 3 0 0 2 0.25 1\n3 3 1 0 3 0.125 2\n").skeleton;
+  for (const char* text : {
+           "1 1 0 0 0 0.5 -1 # the foot\n2 3 0 0 2 0.25 1\n3 3 1 0 3 0.125 2 #tip\n",
+           "id,type,x,y,z,radius,parent\n1,1,0,0,0,0.5,-1\n2,3,0,0,2,0.25,1\n3,3,1,0,3,0.125,2\n",
+           "\"n\" \"parent\" \"radius\" \"z\" \"y\" \"x\"\n1 -1 0.5 0 0 0\n2 1 0.25 2 0 0\n3 2 0.125 3 0 1\n",
+           "1 1 0 0 0 0.5 0\n2 3 0 0 2 0.25 1\n3 3 1 0 3 0.125 2\n",
+           "1 1 0 0 0 0.5 -1 7\n2 3 0 0 2 0.25 1 7\n3 3 1 0 3 0.125 2 7\n",
+           "##n,type,x,y,z,radius,parent,seg_id,level,mode,timestamp,teraflyindex\n"
+           "1 1 0 0 0 0.5 -1 0 0 0 0 0\n2 3 0 0 2 0.25 1 0 0 0 0 0\n3 3 1 0 3 0.125 2 0 0 0 0 0\n",
+       }) {
+    const ImportedSkeleton imported = read_text(text);
+    EXPECT_EQ(imported.format, "swc");
+    EXPECT_TRUE(imported.repairs.empty());
+    expect_identical(imported.skeleton, expected);
+  }
+}
+
+TEST(ReadSwc, TakesAParentOfZeroForASampleWhereThereIsOne) {
+  const ImportedSkeleton imported = read_text("0 1 0 0 0 0.5 -1\n1 3 0 0 2 0.25 0\n2 3 0 0 3 0.25 1\n");
+  EXPECT_EQ(imported.skeleton.root_count(), 1);
+  EXPECT_EQ(imported.skeleton.branch_count(), 2);
+}
+
+TEST(ReadSwc, RefusesAnotherUnitForAFileOfItsOwn) {
+  EXPECT_EQ(test::complaint_of([] {
+              read_skeleton("# tremula skeleton\n1 1 0 0 0 1 -1\n2 2 0 0 2 1 1\n", "oak.swc", {.unit = 1e-3});
+            }),
+            "oak.swc: a file of tremula, which is in metres, wanted no other unit");
 }
 
 TEST(ReadSwc, DropsRootsThatCarryNothing) {
@@ -257,6 +308,11 @@ TEST(ReadSwc, RefusesAColorChannelAboveOne) {
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(), "a.swc:2: green is 1.5, wanted 0 to 1");
   }
+}
+
+TEST(WriteSwc, RefusesAColorThatIsNotFinite) {
+  const PlantColors colors{.bark = Eigen::Vector3f(0.1F, std::numeric_limits<float>::quiet_NaN(), 0.1F)};
+  EXPECT_THROW(encode_swc(test::random_tree(4, 2), colors), Error);
 }
 
 }  // namespace

@@ -231,6 +231,64 @@ TEST(ReadTreeQsmMat, ReadsTheFirstOfSeveralModelsAndSaysSo) {
   EXPECT_EQ(test::message_of(imported, "first_of_several"), "the first of 3 models in QSMs read");
 }
 
+TEST(ReadTreeQsmMat, ReadsCylindersWithoutTheModelAroundThem) {
+  const TemporaryFolder folder;
+  const Skeleton expected = read_text(to_text(small_table())).skeleton;
+  std::vector<std::vector<test::MatVariable>> cylinder(1);
+  cylinder[0] = test::mat_cylinder_fields(small_table());
+  std::vector<test::MatVariable> variables;
+  variables.push_back(test::mat_text("note", "the struct alone"));
+  variables.push_back(test::mat_struct("cylinder", std::move(cylinder)));
+  test::save_mat(folder / "struct.mat", std::move(variables));
+  test::save_mat(folder / "arrays.mat", test::mat_cylinder_fields(small_table()));
+  for (const char* name : {"struct.mat", "arrays.mat"}) {
+    expect_same(read_skeleton(folder / name).skeleton, expected, 0);
+  }
+}
+
+TEST(ReadTreeQsmMat, ReadsTheFirstModelOfACellArray) {
+  const TemporaryFolder folder;
+  std::size_t dimensions[] = {1, 2};
+  test::MatVariable cell(Mat_VarCreate("QSMs", MAT_C_CELL, MAT_T_CELL, 2, dimensions, nullptr, 0),
+                         Mat_VarFree);
+  for (int i = 0; i < 2; ++i) {
+    Mat_VarSetCell(cell.get(), i,
+                   test::mat_model("", test::mat_cylinder_fields(random_table(10 + i, 3))).release());
+  }
+  std::vector<test::MatVariable> variables;
+  variables.push_back(std::move(cell));
+  test::save_mat(folder / "tree.mat", std::move(variables));
+  const ImportedSkeleton imported = read_skeleton(folder / "tree.mat");
+  EXPECT_EQ(imported.skeleton.branch_count(), 10);
+  EXPECT_EQ(count_of(imported, "first_of_several"), 1u);
+}
+
+// How a scan program of another language counts: PyTLidar's tables are TreeQSM's with parents from 0.
+TEST(ReadTreeQsmText, RecognisesParentsCountedFromZero) {
+  const CylinderTable table = random_table(60, 4);
+  const Skeleton expected = read_text(to_text(table)).skeleton;
+  CylinderTable from_zero = table, root_names_itself = table, from_one = table;
+  for (std::size_t k = 0; k < table.size(); ++k) {
+    from_zero.parent[k] = table.parent[k] - 1;
+    root_names_itself.parent[k] = std::max(table.parent[k] - 1, 0.0);
+    from_one.parent[k] = table.parent[k] == 0 ? -1 : table.parent[k];
+  }
+  const auto expect_read_so = [&](const CylinderTable& other, const char* words) {
+    const ImportedSkeleton imported = read_text(to_text(other));
+    expect_same(imported.skeleton, expected, 0);
+    EXPECT_NE(test::message_of(imported, "parents_counted_otherwise").find(words), std::string::npos);
+  };
+  expect_read_so(from_zero, "from 0, and -1 is none");
+  expect_read_so(root_names_itself, "from 0, and the first names itself");
+  expect_read_so(from_one, "from 1, and -1 is none");
+}
+
+TEST(ReadTreeQsmText, NeverCountsARealScanFromZero) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    EXPECT_TRUE(read_text(to_text(random_table(40, seed))).repairs.empty());
+  }
+}
+
 TEST(ReadTreeQsmMat, KnowsTheNamesPeopleGiveTheirModels) {
   const TemporaryFolder folder;
   for (const char* name : {"QSM", "OptQSM", "QSMs", "qsm", "tree_7"}) {

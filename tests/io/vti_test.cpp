@@ -3,6 +3,8 @@
 #include "tremula/io/atomic_file.hpp"
 
 #include <cstring>
+#include <filesystem>
+#include <limits>
 #include <regex>
 
 #include "io/input_files.hpp"
@@ -91,6 +93,14 @@ TEST(WriteVti, RefusesStepsThatAreNotThereAndStillAir) {
   calm.grid.mean_speed = 0;
   EXPECT_EQ(complaint(calm, {}),
             "mean speed of the wind field: 0.000000, wanted above 0 m/s, to make a box of wind of it");
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path));
+}
+
+TEST(WriteVti, RefusesAVelocityThatIsNotFiniteAndLeavesNoFile) {
+  const TemporaryFolder folder;
+  WindField field = numbered_field(grid);
+  field.velocity[1][4] = std::numeric_limits<float>::infinity();
+  EXPECT_THROW(write_vti(folder / "a.vti", field), Error);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path));
 }
 

@@ -3,6 +3,7 @@
 #include "tremula/wind/synthesis.hpp"
 
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -23,9 +24,9 @@ TurbulentWind wind_without_chance(SpectrumKind kind) {
 
 TEST(WindTargets, AreWhatAFieldOfThatWindMeasures) {
   for (const SpectrumKind kind : {SpectrumKind::simiu_scanlan, SpectrumKind::von_karman}) {
-    for (const bool match : {false, true}) {
+    for (const Match match : {Match::spectrum, Match::variance}) {
       const TurbulentWind wind = wind_without_chance(kind);
-      const WindField field = synthesise_wind(wind, grid, {.match_variance = match});
+      const WindField field = synthesise_wind(wind, grid, {.match = match});
       const FieldStatistics measured = field_statistics(field, {.bands_per_decade = 4});
       const WindTargets targets = wind_targets(wind, grid, measured, match);
       ASSERT_EQ(targets.mean.y.size(), 5U);
@@ -54,7 +55,7 @@ TEST(WindTargets, AreWhatAFieldOfThatWindMeasures) {
 TEST(WindTargets, MatchedInVarianceHaveTheDeviationOfTheModel) {
   const TurbulentWind wind = wind_without_chance(SpectrumKind::iec_kaimal);
   const FieldStatistics measured = field_statistics(synthesise_wind(wind, grid));
-  const WindTargets matched = wind_targets(wind, grid, measured, true);
+  const WindTargets matched = wind_targets(wind, grid, measured, Match::variance);
   const WindTargets resolved = wind_targets(wind, grid, measured);
   for (std::size_t i = 0; i < 5; ++i) {
     EXPECT_NEAR(matched.deviation[0].y[i], 0.2 * 8, 1e-9);
@@ -92,6 +93,35 @@ TEST(WindTargets, HaveTheRootCoherenceOfTheModelInBandsOfOneBinAndItsMeanByPower
   }
   EXPECT_GT(of_one_bin, 0);
   EXPECT_GT(of_more, 0);
+}
+
+TEST(WindTargets, OfAWindThatVeersTurnWithItAndHaveItsCovariance) {
+  TurbulentWind straight = turbulent_wind(
+      {.speed = 8, .profile = ProfileKind::table, .table = {{0, 4, 0}, {10, 8, 0}, {20, 10, 0}}}, 0.2,
+      SpectrumKind::iec_kaimal);
+  const double most = largest_covariance_uw(straight.spectrum, 10, 8);
+  straight.covariance_uw = -0.4 * most;
+  TurbulentWind veering = straight;
+  veering.mean.table[0].turn = 30;
+  const FieldStatistics measured = field_statistics(synthesise_wind(veering, grid));
+  const WindTargets plain = wind_targets(straight, grid, measured),
+                    turned = wind_targets(veering, grid, measured);
+  for (std::size_t i = 0; i < 5; ++i) {
+    const double angle = std::max(0.0, 3 * (10 - plain.mean.x[i])) * std::numbers::pi / 180,
+                 c = std::cos(angle), s = std::sin(angle), u = plain.deviation[0].y[i],
+                 v = plain.deviation[1].y[i];
+    EXPECT_NEAR(turned.mean.y[i], measured.rows[i].mean[0], 1e-5);
+    EXPECT_NEAR(turned.mean_across.y[i], measured.rows[i].mean[1], 1e-5);
+    EXPECT_NEAR(turned.deviation[0].y[i], std::hypot(c * u, s * v), 1e-12);
+    EXPECT_NEAR(turned.deviation[1].y[i], std::hypot(s * u, c * v), 1e-12);
+    EXPECT_NEAR(turned.covariance.y[i], c * plain.covariance.y[i], 1e-12);
+    // The loop holds less of it than all.
+    EXPECT_LT(plain.covariance.y[i], 0);
+    EXPECT_GT(plain.covariance.y[i], -0.4 * most);
+  }
+  const WindTargets hub = wind_targets(straight, grid, measured, Match::hub);
+  EXPECT_NEAR(hub.deviation[0].y[3], 0.2 * 8, 1e-12) << "at 10 m";
+  for (const double share : plain.resolved_share) EXPECT_NEAR(share, 0.7, 0.3);
 }
 
 }  // namespace

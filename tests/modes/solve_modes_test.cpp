@@ -615,6 +615,123 @@ TEST(SolveModes, OfTwoIdenticalTreesOnOneRootAllComeTwice) {
   EXPECT_EQ(two.count_by_inertia, 30);
 }
 
+// A trunk and many equal twigs around its top: all but a few modes are twigs against each other, in one
+// cluster.
+Skeleton star(int twigs) {
+  Skeleton skeleton = test::straight_stem(1, 2, 0.05, 0.05);
+  for (int k = 0; k < twigs; ++k) {
+    const double angle = 2 * pi * k / twigs;
+    const Vec3 top(0, 0, 2);
+    skeleton.branches.push_back(
+        test::make_branch(1, top, top + Vec3(std::cos(angle), std::sin(angle), 0.3), 0.01, 0.01));
+  }
+  return skeleton;
+}
+
+TEST(SolveModes, OfAHundredEqualTwigsEndWithinTheirClusterAndSaySo) {
+  const Structure structure = assemble(star(100), {.material = wood});
+  const Modes all = solve_modes(structure, {.count = 400});  // dense
+  const Modes few = solve_modes(structure, {.count = 12, .method = ModeMethod::iterative});
+  for (int r = 0; r < 12; ++r) EXPECT_NEAR(few.frequency[r] / all.frequency[r], 1, 1e-10) << r;
+  const auto equal = [&](double frequency) { return std::abs(frequency / few.frequency[11] - 1) < 1e-9; };
+  const auto members = std::ranges::count_if(all.frequency, equal);
+  ASSERT_GT(members, 150);
+  EXPECT_EQ(few.equal_to_last, members);
+  EXPECT_EQ(few.equal_left_out, members - std::ranges::count_if(few.frequency, equal));
+  EXPECT_EQ(few.count_below, few.count_by_inertia);
+}
+
+TEST(SolveModes, OfAHundredEqualTwigsAreAllFoundWhereAllAreWanted) {
+  const Structure structure = assemble(star(100), {.material = wood});
+  const Modes dense = solve_modes(structure, {.count = 201, .method = ModeMethod::dense});
+  const Modes modes = solve_modes(structure, {.count = 201, .method = ModeMethod::iterative});
+  for (int r = 0; r < 201; ++r) EXPECT_NEAR(modes.frequency[r] / dense.frequency[r], 1, 1e-11) << r;
+  EXPECT_LT(modes.residual.maxCoeff(), 2e-10);
+  EXPECT_EQ(modes.count_below, modes.count_by_inertia);
+  // What Q^T M Q = I means is the same for members of a cluster.
+  Eigen::MatrixXd mass(201, 201);
+  for (Eigen::Index r = 0; r < 201; ++r)
+    mass.col(r) = modes.shapes.transpose() * apply_mass(structure, modes.shapes.col(r));
+  EXPECT_LT((mass - Eigen::MatrixXd::Identity(201, 201)).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(SolveModes, OfAThousandEqualTwigsTakeNoLongerThanTheirNumberAsks) {
+  const Modes modes = solve_modes(assemble(star(1000), {.material = wood}), {.count = 12});
+  EXPECT_EQ(modes.count(), 12);
+  EXPECT_GT(modes.equal_left_out, 1900);
+  EXPECT_EQ(modes.count_below, modes.count_by_inertia);
+  EXPECT_LT(modes.operator_count, 500);
+}
+
+Skeleton side_by_side(const std::vector<Skeleton>& stems) {
+  Skeleton all;
+  for (std::size_t s = 0; s < stems.size(); ++s) all.roots.emplace_back(3.0 * static_cast<double>(s), 0, 0);
+  for (std::size_t s = 0; s < stems.size(); ++s) {
+    const int branches_before = all.branch_count();
+    for (Branch branch : stems[s].branches) {
+      const Vec3 offset = all.roots[s];
+      branch.start_node = branch.start_node == 0 ? static_cast<int>(s)
+                                                 : all.root_count() + branches_before + branch.start_node - 1;
+      branch.start += offset;
+      branch.end += offset;
+      all.branches.push_back(branch);
+    }
+  }
+  return all;
+}
+
+TEST(SolveModes, OfStemsSideBySideAreThoseOfTheStems) {
+  const std::vector<Skeleton> stems = {test::random_tree(60, 3), test::straight_stem(8, 2, 0.02, 0.01),
+                                       test::random_tree(150, 4)};
+  const int count = 40;
+  std::vector<double> wanted;
+  for (const Skeleton& stem : stems) {
+    const Modes own = solve_modes(assemble(stem, {.material = wood}), {.count = count, .tolerance = 1e-12});
+    wanted.insert(wanted.end(), own.frequency.begin(), own.frequency.end());
+  }
+  std::ranges::sort(wanted);
+  const Structure together = assemble(side_by_side(stems), {.material = wood});
+  const Modes modes = solve_modes(together, {.count = count, .tolerance = 1e-12});
+  for (std::size_t r = 0; r < count; ++r)
+    EXPECT_NEAR(modes.frequency[static_cast<Eigen::Index>(r)] / wanted[r], 1, 1e-11) << r;
+  EXPECT_EQ(modes.count_below, count);
+  EXPECT_EQ(modes.count_by_inertia, count);
+  // Every shape is a mode of the whole: K q = omega^2 M q.
+  for (int r = 0; r < count; ++r) {
+    const Eigen::VectorXd q = modes.shapes.col(r);
+    const Eigen::VectorXd inertia = std::pow(modes.omega()[r], 2) * apply_mass(together, q);
+    EXPECT_LT((solve_static(together, inertia) - q).norm(), 1e-9 * q.norm()) << r;
+    EXPECT_NEAR(q.dot(apply_mass(together, q)), 1, 1e-10) << r;
+  }
+}
+
+TEST(SolveModes, OfTwentyCopiesOfAStemComeTwentyTimes) {
+  const Skeleton culm = test::random_tree(30, 8);
+  const Modes one = solve_modes(assemble(culm, {.material = wood}), {.count = 6});
+  const Structure clump = assemble(side_by_side(std::vector<Skeleton>(20, culm)), {.material = wood});
+  const Modes all = solve_modes(clump, {.count = 80});
+  for (int r = 0; r < 80; ++r) EXPECT_NEAR(all.frequency[r] / one.frequency[r / 20], 1, 1e-11) << r;
+  const Modes few = solve_modes(clump, {.count = 12});
+  EXPECT_EQ(few.equal_to_last, 20);
+  EXPECT_EQ(few.equal_left_out, 8);
+  EXPECT_EQ(few.count_below, few.count_by_inertia);
+}
+
+TEST(SolveModes, AskForTheirMemoryBeforeTheyTakeIt) {
+  const Structure structure = assemble(test::random_tree(100, 5), {});
+  // Two matrices of 600 x 600 numbers.
+  const std::size_t two = 2 * 600 * 600 * sizeof(double);
+  EXPECT_EQ(solve_modes(structure, {.count = all_modes, .memory_limit = two}).count(), 600);
+  try {
+    solve_modes(structure, {.count = all_modes, .memory_limit = two - 1});
+    FAIL() << "no error";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(),
+                testing::HasSubstr("memory limit: 5 MB for 600 modes of 600 degrees of freedom, "
+                                   "wanted at least 6 MB, or fewer modes"));
+  }
+}
+
 TEST(SolveModes, OfALongStraightStemBendingComesInPairs) {
   const Structure structure = assemble(test::straight_stem(200, 6, 0.05, 0.01), {.material = wood});
   const Modes modes = solve_modes(structure, {.count = 20, .method = ModeMethod::iterative});

@@ -132,7 +132,7 @@ TEST(AssembleFrame, RefusesInOneLineWhatIsNoFrame) {
   expect_refused([&](Frame& f) { f.elements[1].end_radius = nan; }, "frame element 1: radius");
   expect_refused([](Frame& f) { f.elements[1].start_radius = f.elements[1].end_radius = 1e-90; },
                  "frame element 1: its stiffness is beyond");
-  expect_refused([](Frame& f) { f.elements[2].material.density = -1; }, "frame element 2: density: -1.0");
+  expect_refused([](Frame& f) { f.elements[2].material.density = -1; }, "frame element 2: density: -1 ");
   expect_refused([](Frame& f) { f.masses = {{0, -2}}; }, "frame point mass at node 0: -2.0");
   expect_refused([](Frame& f) { f.masses = {{40, 1}}; }, "frame point mass: node 40");
   expect_refused([](Frame& f) { f.clamped = {-7}; }, "frame clamp: node -7");

@@ -56,9 +56,9 @@ TEST(FindMaterial, ListsTheNamesForAnUnknownOne) {
   }
 }
 
-TEST(CheckMaterial, RefusesWhatIsNotAboveZero) {
-  for (const double bad :
-       {0.0, -1e9, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+TEST(CheckMaterial, RefusesWhatIsNotAboveZeroOrFarBeyondAnythingThereIs) {
+  for (const double bad : {0.0, -1e9, 1e-25, 1e300, std::numeric_limits<double>::quiet_NaN(),
+                           std::numeric_limits<double>::infinity()}) {
     EXPECT_THROW(check_material({"m", bad, 1, 1, ""}), InputError);
     EXPECT_THROW(check_material({"m", 1, bad, 1, ""}), InputError);
     EXPECT_THROW(check_material({"m", 1, 1, bad, ""}), InputError);

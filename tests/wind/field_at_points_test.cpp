@@ -256,7 +256,7 @@ TEST(FieldAtPoints, AreRefusedWhereThereIsNoSuchLoop) {
   WindField calm = field;
   calm.grid.mean_speed = 0;
   EXPECT_EQ(complaint(calm, 0, {10, 40}, points),
-            "mean speed of the wind field: 0.000000, wanted above 0 m/s, to carry the gusts along");
+            "mean speed of the wind field: 0, wanted above 0 m/s, to carry the gusts along");
   Eigen::Matrix3Xd nowhere = points;
   nowhere(1, 0) = std::nan("");
   EXPECT_EQ(complaint(field, 0, {10, 40}, nowhere), "point 0: not finite, wanted a place in metres");

@@ -101,5 +101,54 @@ TEST(CheckMeanWind, RefusesWhatIsNoWind) {
   EXPECT_NO_THROW(check_mean_wind({.speed = 0}));
 }
 
+// Mast heights, speeds, and where the wind blows to.
+const std::vector<ProfileRow> mast = {{10, 4, 350}, {40, 8, 340}, {80, 9, 335}};
+
+MeanWind measured(double speed, double reference_height) {
+  return {.speed = speed,
+          .reference_height = reference_height,
+          .heading = 30,
+          .profile = ProfileKind::table,
+          .table = mast};
+}
+
+TEST(MeanSpeed, OfATableIsLinearBetweenRowsAndThatOfTheLastRowBeyond) {
+  const MeanWind wind = measured(8, 40);
+  EXPECT_NEAR(mean_speed(wind, 10), 4, 1e-14);
+  EXPECT_NEAR(mean_speed(wind, 25), 6, 1e-14);
+  EXPECT_NEAR(mean_speed(wind, 80), 9, 1e-14);
+  EXPECT_NEAR(mean_speed(wind, 300), 9, 1e-14);
+  EXPECT_NEAR(mean_speed(wind, 1), 4, 1e-14);
+  EXPECT_EQ(mean_speed(wind, 0), 0);
+  EXPECT_NEAR(mean_speed(measured(3, 25), 80), 4.5, 1e-14) << "scaled to the speed at the reference height";
+}
+
+TEST(MeanVelocity, OfATableThatVeersBlowsToTheHeadingAtTheReferenceHeightAndTurnsFromThere) {
+  const MeanWind wind = measured(8, 40);
+  const auto direction = [](double degrees) { return heading_direction({.heading = degrees}); };
+  EXPECT_LT((mean_velocity(wind, 40) - 8 * direction(30)).norm(), 1e-13);
+  EXPECT_LT((mean_velocity(wind, 25) - 6 * direction(35)).norm(), 1e-13);
+  EXPECT_LT((mean_velocity(wind, 200) - 9 * direction(25)).norm(), 1e-13);
+  EXPECT_EQ(veer({.heading = 30}, 100), 0);
+}
+
+TEST(CheckMeanWind, RefusesATableThatIsNoProfile) {
+  const auto with = [](auto change) {
+    MeanWind wind = measured(8, 40);
+    change(wind);
+    return wind;
+  };
+  EXPECT_NO_THROW(check_mean_wind(measured(8, 40)));
+  EXPECT_NO_THROW(check_mean_wind(measured(0, 40)));
+  for (const MeanWind& bad :
+       {with([](MeanWind& w) { w.table.clear(); }), with([](MeanWind& w) { w.table[1].height = 10; }),
+        with([](MeanWind& w) { w.table[0].height = -1; }), with([](MeanWind& w) { w.table[2].speed = -1; }),
+        with([](MeanWind& w) { w.table[2].speed = 1e9; }),
+        with([](MeanWind& w) { w.table[2].turn = std::nan(""); }),
+        with([](MeanWind& w) { w.canopy_height = 5; }), with([](MeanWind& w) { w.table[1].speed = 0; })}) {
+    EXPECT_THROW(check_mean_wind(bad), InputError);
+  }
+}
+
 }  // namespace
 }  // namespace tremula

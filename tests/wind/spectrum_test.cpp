@@ -155,5 +155,41 @@ TEST(Spectrum, IsZeroWhereThereIsNoMeanWind) {
   EXPECT_EQ(spectrum(spectrum_model(SpectrumKind::simiu_scanlan, breeze, 0.2), 0.1, 5, 0), Vec3::Zero());
 }
 
+TEST(WithDeviations, ChangesTheVariancesAndNotTheShapes) {
+  const Vec3 wanted(1.2, 1.1, 0.4);
+  for (const SpectrumKind kind :
+       {SpectrumKind::simiu_scanlan, SpectrumKind::iec_kaimal, SpectrumKind::von_karman}) {
+    const SpectrumModel own = spectrum_model(kind, breeze, 0.2), changed = with_deviations(own, wanted);
+    EXPECT_LT((spectrum_variance(changed) - wanted.cwiseAbs2()).norm(), 1e-14) << name_of(kind);
+    const Vec3 factor = spectrum(changed, 0.1, 12, 5).cwiseQuotient(spectrum(own, 0.1, 12, 5));
+    for (const double frequency : {0.001, 1.0, 30.0}) {
+      const Vec3 there = spectrum(changed, frequency, 12, 5).cwiseQuotient(spectrum(own, frequency, 12, 5));
+      EXPECT_LT((there - factor).norm(), 1e-12) << name_of(kind) << ", " << frequency;
+    }
+  }
+  EXPECT_THROW(
+      with_deviations(spectrum_model(SpectrumKind::simiu_scanlan, breeze, 0.2), Vec3::Constant(std::nan(""))),
+      InputError);
+}
+
+TEST(LargestCovariance, IsTheProductOfDeviationsWhereSpectraHaveOneShapeAndLessElsewhere) {
+  SpectrumTable table;
+  for (const double f : {0.001, 0.01, 0.1, 1.0, 10.0}) {
+    table.at.push_back(f);
+    table.values.emplace_back(3 / (1 + f), 1, 0.75 / (1 + f));
+  }
+  const SpectrumModel alike = table_spectrum(table);
+  EXPECT_NEAR(largest_covariance_uw(alike, 10, 6) / (0.5 * spectrum_variance(alike)[0]), 1, 1e-4);
+  for (const SpectrumKind kind :
+       {SpectrumKind::simiu_scanlan, SpectrumKind::iec_kaimal, SpectrumKind::von_karman}) {
+    const SpectrumModel model = spectrum_model(kind, breeze, 0.2);
+    const Vec3 variance = spectrum_variance(model);
+    const double most = largest_covariance_uw(model, 10, 6);
+    EXPECT_LT(most, std::sqrt(variance[0] * variance[2]));
+    EXPECT_GT(most, 0.5 * std::sqrt(variance[0] * variance[2]));
+    EXPECT_NEAR(largest_covariance_uw(model, 40, 9), most, 1e-6 * most) << "the same at all heights";
+  }
+}
+
 }  // namespace
 }  // namespace tremula

@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <iterator>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -241,7 +243,8 @@ TEST(SynthesiseWind, MatchedInVarianceHasAllOfItAtEveryHeightAndOtherwiseTheShar
       grid.y_count = 1;
       grid.step_count = 61;
       SynthesisReport report;
-      const WindField field = synthesise_wind(wind, grid, {.match_variance = match}, &report);
+      const WindField field =
+          synthesise_wind(wind, grid, {.match = match ? Match::variance : Match::spectrum}, &report);
       const Vec3 whole = spectrum_variance(wind.spectrum);
       for (int c = 0; c < 3; ++c) {
         const Eigen::MatrixXcd series = coefficients(field, c);
@@ -380,6 +383,216 @@ TEST(SynthesiseWind, TellsHowMuchIsDoneUpToAllOfItAndStopsWhenTold) {
   EXPECT_THROW(synthesise_wind(wind_of(SpectrumKind::simiu_scanlan), grid,
                                {.progress = [](double) { throw Error("enough"); }}),
                Error);
+}
+
+// The value of component c at a step, in a row and a column.
+double value_at(const WindField& field, std::size_t c, int step, int row, int column) {
+  const WindGrid& grid = field.grid;
+  const int at = (step * grid.z_count + row) * grid.y_count + column;
+  return static_cast<double>(field.velocity[c][static_cast<std::size_t>(at)]);
+}
+
+double tower_at(const WindField& field, std::size_t c, int step, int k) {
+  return static_cast<double>(field.tower[c][static_cast<std::size_t>(field.tower_count * step + k)]);
+}
+
+TEST(SynthesiseWind, WithATowerIsTheLargerFieldThatReachesDownAtItsMiddle) {
+  for (const int columns : {5, 6}) {
+    const WindGrid grid{.y_count = columns,
+                        .z_count = 4,
+                        .step_count = 40,
+                        .y_spacing = 4,
+                        .z_spacing = 3,
+                        .bottom = 7.5,
+                        .step = 0.5};
+    ASSERT_EQ(tower_points_above_ground(grid), 3);
+    const WindField field = synthesise_wind(wind_of(SpectrumKind::simiu_scanlan), grid, {.tower_count = 3});
+    ASSERT_EQ(field.tower_count, 3);
+    // The tower stands between two of an even number of columns: then on the grid of twice as many.
+    const int stride = columns % 2 == 0 ? 2 : 1;
+    WindGrid larger = grid;
+    larger.z_count = 6;
+    larger.bottom = 1.5;
+    larger.y_count = stride * (columns - 1) + 1;
+    larger.y_spacing /= stride;
+    const WindField whole = synthesise_wind(wind_of(SpectrumKind::simiu_scanlan), larger);
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (int step = 0; step < 40; ++step) {
+        for (int row = 0; row < 4; ++row) {
+          for (int column = 0; column < columns; ++column) {
+            ASSERT_NEAR(value_at(field, c, step, row, column),
+                        value_at(whole, c, step, row + 2, stride * column), 1e-5);
+          }
+        }
+        for (int k = 0; k < 3; ++k) {
+          ASSERT_NEAR(tower_at(field, c, step, k), value_at(whole, c, step, 2 - k, larger.y_count / 2), 1e-5);
+        }
+      }
+    }
+  }
+  const WindGrid low{.y_count = 3, .z_count = 3, .bottom = 0.5};
+  EXPECT_EQ(tower_points_above_ground(low), 1);
+  EXPECT_THROW(synthesise_wind(wind_of(SpectrumKind::iec_kaimal), low, {.tower_count = 2}), InputError);
+  EXPECT_THROW(synthesise_wind(wind_of(SpectrumKind::iec_kaimal), low, {.tile = true, .tower_count = 1}),
+               InputError);
+}
+
+double deviation_of(int steps, const std::function<double(int step)>& value) {
+  double sum = 0, squares = 0;
+  for (int step = 0; step < steps; ++step) {
+    sum += value(step) / steps;
+    squares += value(step) * value(step) / steps;
+  }
+  return std::sqrt(squares - sum * sum);
+}
+
+TEST(SynthesiseWind, MatchedAtTheHubOrAtThePointsHasTheDeviationThereInEverySample) {
+  WindGrid grid = small;
+  grid.bottom = 24;  // the reference height, 30 m, is that of row 4
+  const auto deviation_at = [](const WindField& field, std::size_t c, int row, int column) {
+    return deviation_of(field.grid.step_count,
+                        [&](int step) { return value_at(field, c, step, row, column); });
+  };
+  for (const int steps : {60, 61}) {
+    grid.step_count = steps;
+    const TurbulentWind wind = wind_of(SpectrumKind::iec_kaimal, 3);
+    SynthesisReport report;
+    const WindField plain = synthesise_wind(wind, grid),
+                    hub = synthesise_wind(wind, grid, {.match = Match::hub}, &report),
+                    points = synthesise_wind(wind, grid, {.match = Match::points, .tower_count = 2});
+    EXPECT_EQ(hub_point(hub.grid), (std::array{4, 4}));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double wanted = std::sqrt(spectrum_variance(wind.spectrum)[static_cast<int>(c)]);
+      EXPECT_NEAR(deviation_at(hub, c, 4, 4) / wanted, 1, 1e-5);
+      EXPECT_GT(std::abs(deviation_at(plain, c, 4, 4) / wanted - 1), 0.01) << "then the test does not tell";
+      // One number for all of a component: the field is otherwise the one that was not matched.
+      const double factor = report.match_factor[c][0];
+      EXPECT_EQ(report.match_factor[c][1], factor);
+      EXPECT_NEAR(deviation_at(hub, c, 0, 1) / deviation_at(plain, c, 0, 1), factor, 1e-4);
+      for (int row = 0; row < grid.z_count; ++row) {
+        for (int column = 0; column < grid.y_count; ++column)
+          EXPECT_NEAR(deviation_at(points, c, row, column) / wanted, 1, 1e-5);
+      }
+      const double at_tower = deviation_of(steps, [&](int step) { return tower_at(points, c, step, 1); });
+      EXPECT_NEAR(at_tower / wanted, 1, 1e-5);
+    }
+  }
+  grid.bottom = 1;
+  EXPECT_THROW(synthesise_wind(wind_of(SpectrumKind::iec_kaimal), grid, {.match = Match::hub}), InputError);
+  for (const Match match : {Match::spectrum, Match::variance, Match::hub, Match::points}) {
+    const char* const names[] = {"spectrum", "variance", "hub", "points"};
+    EXPECT_EQ(match_named(names[static_cast<int>(match)]), match);
+  }
+  EXPECT_THROW(match_named("all"), InputError);
+}
+
+// Mean over seeds, and its standard error from their scatter.
+struct Mean {
+  double sum = 0, squares = 0, count = 0;
+  void add(double value) {
+    sum += value;
+    squares += value * value;
+    ++count;
+  }
+  double value() const { return sum / count; }
+  double error() const { return std::sqrt((squares / count - value() * value()) / count); }
+};
+
+TEST(SynthesiseWind, HasTheCovarianceOfUAndWThatWasAskedForAtEveryHeightAndTheSpectraAsBefore) {
+  const WindGrid grid{.y_count = 10,
+                      .z_count = 3,
+                      .step_count = 256,
+                      .y_spacing = 40,
+                      .z_spacing = 20,
+                      .bottom = 5,
+                      .step = 0.5};
+  const TimeAxis axis{grid.period(), grid.step_count};
+  for (const SpectrumKind kind : {SpectrumKind::simiu_scanlan, SpectrumKind::iec_kaimal}) {
+    std::array<Mean, 3> covariance, power_u, power_w;  // by row
+    for (std::uint64_t seed = 0; seed < 60; ++seed) {
+      TurbulentWind wind = wind_of(kind, seed);
+      wind.covariance_uw = -0.6 * largest_covariance_uw(wind.spectrum, 30, 10);
+      const WindField field = synthesise_wind(wind, grid);
+      Eigen::MatrixXcd u = coefficients(field, 0), w = coefficients(field, 2);
+      for (Eigen::MatrixXcd* series : {&u, &w}) {
+        series->row(0).setZero();
+        series->row(series->rows() - 1) *= std::sqrt(0.5);  // half a bin
+      }
+      for (Eigen::Index row = 0; row < 3; ++row) {
+        const auto of_row_u = u.middleCols(10 * row, 10), of_row_w = w.middleCols(10 * row, 10);
+        const auto at = static_cast<std::size_t>(row);
+        covariance[at].add(of_row_u.conjugate().cwiseProduct(of_row_w).sum().real() / 5);
+        power_u[at].add(of_row_u.squaredNorm() / 5);
+        power_w[at].add(of_row_w.squaredNorm() / 5);
+      }
+    }
+    for (int row = 0; row < 3; ++row) {
+      double wanted = 0;
+      Vec3 power = Vec3::Zero();  // in the bins that the loop has
+      for (int bin = 1; bin < axis.bin_count(); ++bin) {
+        const double width = (2 * bin == axis.sample_count ? 0.5 : 1) / axis.period;
+        const Vec3 s = spectrum_at(wind_of(kind), grid.z(row), axis.frequency(bin));
+        wanted += width * -0.6 * std::sqrt(s[0] * s[2]);
+        power += width * s;
+      }
+      const auto at = static_cast<std::size_t>(row);
+      EXPECT_LT(covariance[at].error(), -0.08 * wanted) << "then the test does not tell";
+      EXPECT_NEAR(covariance[at].value(), wanted, 4 * covariance[at].error()) << name_of(kind) << ", " << row;
+      EXPECT_NEAR(power_u[at].value(), power[0], 4 * power_u[at].error());
+      EXPECT_NEAR(power_w[at].value(), power[2], 4 * power_w[at].error());
+    }
+  }
+}
+
+TEST(SynthesiseWind, ThatVeersIsTheWindThatDoesNotTurnedAtEveryHeight) {
+  TurbulentWind straight = wind_of(SpectrumKind::simiu_scanlan);
+  straight.mean = {.speed = 10,
+                   .reference_height = 6,
+                   .profile = ProfileKind::table,
+                   .table = {{1, 5, 0}, {6, 10, 0}, {11, 12, 0}}};
+  TurbulentWind veering = straight;
+  veering.mean.table[0].turn = 80;
+  veering.mean.table[1].turn = 60;
+  veering.mean.table[2].turn = 30;
+  const WindField plain = synthesise_wind(straight, small, {.tower_count = 1}),
+                  turned = synthesise_wind(veering, small, {.tower_count = 1});
+  const auto expect_turned = [](double degrees, const auto& from, const auto& to) {
+    const double angle = degrees * std::numbers::pi / 180;
+    EXPECT_NEAR(to(0), std::cos(angle) * from(0) - std::sin(angle) * from(1), 1e-5);
+    EXPECT_NEAR(to(1), std::sin(angle) * from(0) + std::cos(angle) * from(1), 1e-5);
+    EXPECT_EQ(to(2), from(2));
+  };
+  for (int step = 0; step < small.step_count; ++step) {
+    for (int row = 0; row < small.z_count; ++row) {
+      const double z = small.z(row), degrees = z < 6 ? 4 * (6 - z) : -6 * (z - 6);
+      for (int column = 0; column < small.y_count; ++column) {
+        expect_turned(
+            degrees, [&](std::size_t c) { return value_at(plain, c, step, row, column); },
+            [&](std::size_t c) { return value_at(turned, c, step, row, column); });
+      }
+    }
+    expect_turned(
+        20, [&](std::size_t c) { return tower_at(plain, c, step, 0); },
+        [&](std::size_t c) { return tower_at(turned, c, step, 0); });
+  }
+}
+
+TEST(SynthesiseWind, OfOneSeedHasTheSameGustsAtAnotherSpeed) {
+  const WindGrid grid{
+      .y_count = 3, .z_count = 3, .step_count = 1024, .y_spacing = 20, .z_spacing = 20, .bottom = 70};
+  const auto gusts = [&](double speed, std::uint64_t seed) {
+    TurbulentWind wind =
+        turbulent_wind({.speed = speed, .reference_height = 90}, 0.16, SpectrumKind::iec_kaimal);
+    wind.seed = seed;
+    Eigen::MatrixXcd series = coefficients(synthesise_wind(wind, grid), 0);
+    series.row(0).setZero();
+    return series;
+  };
+  const auto correlation = [](const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b) {
+    return a.conjugate().cwiseProduct(b).sum().real() / (a.norm() * b.norm());
+  };
+  EXPECT_GT(correlation(gusts(12, 1), gusts(15, 1)), 0.95);
+  EXPECT_LT(std::abs(correlation(gusts(12, 1), gusts(15, 2))), 0.5);
 }
 
 }  // namespace

@@ -22,6 +22,30 @@ TEST(TurbulentWind, RefusesAnIntensityThatIsNone) {
   EXPECT_THROW(turbulent_wind({}, std::nan("")), InputError);
 }
 
+TEST(TurbulentWind, RefusesACovarianceThatItsSpectraDoNotAllow) {
+  TurbulentWind wind = turbulent_wind({.speed = 10}, 0.2, SpectrumKind::iec_kaimal);
+  const Vec3 deviation = spectrum_variance(wind.spectrum).cwiseSqrt();
+  const double most = largest_covariance_uw(wind.spectrum, 10, 10);
+  for (const double covariance : {-0.99 * most, 0.99 * most}) {
+    wind.covariance_uw = covariance;
+    EXPECT_NO_THROW(check_turbulent_wind(wind));
+    EXPECT_NEAR(coherency_uw(wind), covariance / most, 1e-12);
+  }
+  for (const double covariance : {-1.01 * most, 1.01 * deviation[0] * deviation[2], std::nan("")}) {
+    wind.covariance_uw = covariance;
+    EXPECT_THROW(check_turbulent_wind(wind), InputError) << covariance;
+  }
+  wind.covariance_uw = -0.1;
+  wind.amplitudes = Amplitudes::phases_only;
+  EXPECT_THROW(check_turbulent_wind(wind), InputError);
+  wind.amplitudes = Amplitudes::gaussian;
+  wind.coherence.iec_for_u_only = true;
+  EXPECT_THROW(check_turbulent_wind(wind), InputError);
+  wind.coherence.iec_for_u_only = false;
+  wind.mean.speed = 0;
+  EXPECT_THROW(check_turbulent_wind(wind), InputError) << "no turbulence, no covariance";
+}
+
 TEST(SpectrumAt, StaysWithTheLowestHeightBelowIt) {
   const TurbulentWind wind = turbulent_wind({}, 0.2);
   EXPECT_EQ(spectrum_at(wind, 0.01, 0.3), spectrum_at(wind, 0.5, 0.3));

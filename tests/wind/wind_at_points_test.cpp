@@ -241,5 +241,56 @@ TEST(TurbulentWindAtPoints, RefusesPointsAndSettingsThatCannotBe) {
   EXPECT_THROW(TurbulentWindAtPoints(wind, loop, points, {.largest_plane = -1}), InputError);
 }
 
+TEST(TurbulentWindAtPoints, HasTheCovarianceOfUAndWThatWasAskedForInEveryBin) {
+  const Eigen::Matrix3Xd points = random_points(30, 12);
+  constexpr int seeds = 1500;
+  for (const CoherenceKind coherence :
+       {CoherenceKind::shinya_fournier, CoherenceKind::iec, CoherenceKind::none}) {
+    TurbulentWind wind = turbulent_wind({.speed = 6}, 0.2, SpectrumKind::simiu_scanlan, coherence);
+    wind.covariance_uw = -0.5 * largest_covariance_uw(wind.spectrum, 10, 6);
+    for (const int bin : {2, 20}) {
+      double cross = 0, squares = 0, u = 0, w = 0;
+      for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+        wind.seed = seed;
+        const Eigen::Matrix3Xcd v = TurbulentWindAtPoints(wind, only(bin), points).velocity(1);
+        double of_seed = 0;
+        for (Eigen::Index k = 0; k < points.cols(); ++k) {
+          const Vec3 s = spectrum_at(wind, points(2, k), loop.frequency(bin)) / (2 * only(bin).period);
+          of_seed += (v(0, k) * std::conj(v(2, k))).real() / std::sqrt(s[0] * s[2]) / 30;
+          u += std::norm(v(0, k)) / s[0] / 30 / seeds;
+          w += std::norm(v(2, k)) / s[2] / 30 / seeds;
+        }
+        cross += of_seed / seeds;
+        squares += of_seed * of_seed / seeds;
+      }
+      const double error = std::sqrt((squares - cross * cross) / seeds);
+      EXPECT_LT(error, 0.03);
+      // Between nodes u and w lose and regain different parts: that is worth up to 0.02.
+      EXPECT_NEAR(cross, -0.5, 4 * error + 0.02) << name_of(coherence) << ", " << bin;
+      EXPECT_NEAR(u, 1, 0.12);
+      EXPECT_NEAR(w, 1, 0.12);
+    }
+  }
+}
+
+TEST(TurbulentWindAtPoints, ThatVeersIsTheWindThatDoesNotTurnedAtEveryHeight) {
+  const Eigen::Matrix3Xd points = random_points(20, 12);
+  TurbulentWind straight = wind_of(SpectrumKind::simiu_scanlan);
+  straight.mean = {
+      .speed = 6, .heading = 20, .profile = ProfileKind::table, .table = {{0, 1, 0}, {10, 6, 0}, {12, 7, 0}}};
+  TurbulentWind veering = straight;
+  veering.mean.table[0].turn = 50;
+  const TurbulentWindAtPoints plain(straight, loop, points), turned(veering, loop, points);
+  for (const int bin : {0, 3, 90}) {
+    const Eigen::Matrix3Xcd a = plain.velocity(bin), b = turned.velocity(bin);
+    for (Eigen::Index k = 0; k < points.cols(); ++k) {
+      const double angle = std::max(0.0, 5 * (10 - points(2, k))) * std::numbers::pi / 180;
+      const double error = 1e-5 * a.col(k).norm();
+      EXPECT_NEAR(std::abs(std::cos(angle) * a(0, k) - std::sin(angle) * a(1, k) - b(0, k)), 0, error);
+      EXPECT_NEAR(std::abs(std::sin(angle) * a(0, k) + std::cos(angle) * a(1, k) - b(1, k)), 0, error);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tremula

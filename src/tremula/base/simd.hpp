@@ -2,12 +2,14 @@
 //
 // A function marked TREMULA_CLONES is compiled for wider instruction sets too, and the best one that the
 // machine has is chosen when the program starts. All clones do the same operations in the same order (no
-// fused multiply-add), so the bytes of a result do not tell which one ran.
+// fused multiply-add), so the bytes of a result do not tell which one ran. Sanitizers are not awake yet when
+// it is chosen, and clang has no clones: these take the plain one.
 #pragma once
 
 #include <cstring>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
 #define TREMULA_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define TREMULA_CLONES

@@ -5,6 +5,12 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+// The library and its users pass Eigen's vectors to each other, and with -mavx Eigen would align them
+// otherwise and take its heap memory in another way. The target tremula::tremula carries both definitions; 64
+// is also what a heap block needs for the widest vector unit.
+static_assert(EIGEN_MAX_STATIC_ALIGN_BYTES == 16 && EIGEN_DEFAULT_ALIGN_BYTES == 64,
+              "compile with -DEIGEN_MAX_STATIC_ALIGN_BYTES=16 -DEIGEN_MAX_ALIGN_BYTES=64, as tremula was");
+
 namespace tremula {
 
 using Vec3 = Eigen::Vector3d;

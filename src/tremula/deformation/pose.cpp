@@ -1,5 +1,6 @@
 #include "tremula/deformation/pose.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/dynamics/basis.hpp"
 
 namespace tremula {
@@ -33,6 +34,11 @@ Displacement displacement_at(const Modes& modes, const Motion& motion, double ti
 
 BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s,
                          const Structure* structure) {
+  if (branch < 0 || branch >= skeleton.branch_count()) {
+    throw InputError("branch", std::to_string(branch), "0 to " + std::to_string(skeleton.branch_count() - 1));
+  }
+  if (!(s >= 0 && s <= 1)) throw InputError("place along a branch", std::to_string(s), "0 to 1");
+  check_equal("rows of the displacement", displacement.size(), Eigen::Index{6} * skeleton.branch_count());
   const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
   const EndMotion start = start_motion(skeleton, displacement, branch, structure);
   const EndMotion end{displacement.segment<3>(6 * branch), displacement.segment<3>(6 * branch + 3)};
@@ -61,6 +67,11 @@ BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacem
 
 SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
                             const Displacement& displacement, const Structure* structure) {
+  const auto vertices = static_cast<std::ptrdiff_t>(surface.vertex_count());
+  check_equal("normals of the surface", static_cast<std::ptrdiff_t>(surface.normal.size()), vertices);
+  check_equal("branches of the vertices", static_cast<std::ptrdiff_t>(surface.branch.size()), vertices);
+  check_equal("places along the branches", static_cast<std::ptrdiff_t>(surface.along.size()), vertices);
+  if (structure) check_equal("branches of the structure", structure->branch_count(), skeleton.branch_count());
   SurfaceDelta delta;
   delta.position.resize(surface.vertex_count());
   delta.normal.resize(surface.vertex_count());

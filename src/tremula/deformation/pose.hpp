@@ -19,6 +19,8 @@ namespace tremula {
 using Displacement = Eigen::VectorXd;
 
 // lean + shapes * coordinates (S section 3 and 6). The same bytes whether asked for alone or in a sequence.
+// This and the functions below throw InputError for what does not fit together, for a time that is not
+// finite, and for branches and places that there are not.
 Displacement displacement_at(const Modes& modes, const Motion& motion, double time,
                              Interpolation interpolation = Interpolation::linear);
 

@@ -1,5 +1,6 @@
 #include "tremula/dynamics/damping.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/quadrature.hpp"
 
@@ -51,6 +52,9 @@ Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd
 
 Eigen::MatrixXd aerodynamic_damping(const Skeleton& skeleton, const Structure& structure, const Loads& loads,
                                     const Eigen::MatrixXd& shapes) {
+  check_loads(structure, loads);
+  check_equal("rows of the shapes", shapes.rows(), structure.size());
+  check_equal("branches of the skeleton", skeleton.branch_count(), structure.branch_count());
   static const std::vector<QuadraturePoint> quadrature = gauss_legendre(4);
   const Eigen::Index modes = shapes.cols();
   const int count = structure.branch_count();

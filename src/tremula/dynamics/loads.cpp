@@ -1,5 +1,6 @@
 #include "tremula/dynamics/loads.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/quadrature.hpp"
 
@@ -83,6 +84,8 @@ Eigen::Matrix3Xd load_points(const Skeleton& skeleton) {
 Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, const Eigen::Matrix3Xd& mean_wind,
                       const LoadOptions& options) {
   check_options(options);
+  check_equal("branches of the structure", structure.branch_count(), skeleton.branch_count());
+  check_equal("columns of the mean wind", mean_wind.cols(), skeleton.branch_count());
   static const std::vector<QuadraturePoint> quadrature = gauss_legendre(4);
   Loads loads{.points = load_points(skeleton), .branches = {}};
   loads.branches.reserve(static_cast<std::size_t>(skeleton.branch_count()));
@@ -126,7 +129,21 @@ Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, cons
   return loads;
 }
 
+void check_loads(const Structure& structure, const Loads& loads) {
+  check_equal("branches of the loads", static_cast<std::ptrdiff_t>(loads.branches.size()),
+              structure.branch_count());
+  check_equal("branches of the leaves in the loads", static_cast<std::ptrdiff_t>(loads.leaf_branch.size()),
+              static_cast<std::ptrdiff_t>(loads.leaf_per_velocity.size()));
+  for (const int branch : loads.leaf_branch) {
+    if (branch < 0 || branch >= structure.branch_count()) {
+      throw InputError("branch of a leaf in the loads", std::to_string(branch),
+                       "0 to " + std::to_string(structure.branch_count() - 1));
+    }
+  }
+}
+
 Eigen::VectorXd mean_force(const Structure& structure, const Loads& loads) {
+  check_loads(structure, loads);
   Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
   for (int k = 0; k < structure.branch_count(); ++k) {
     add_end_forces<double>(structure, k, loads.branches[static_cast<std::size_t>(k)].mean, force);
@@ -136,6 +153,8 @@ Eigen::VectorXd mean_force(const Structure& structure, const Loads& loads) {
 
 Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads,
                                   const Eigen::Matrix3Xd& velocity) {
+  check_loads(structure, loads);
+  check_equal("columns of the velocity", velocity.cols(), structure.branch_count());
   Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
   for (int k = 0; k < structure.branch_count(); ++k) {
     add_end_forces<double>(structure, k,
@@ -146,6 +165,8 @@ Eigen::VectorXd fluctuating_force(const Structure& structure, const Loads& loads
 
 Eigen::MatrixXd modal_participation(const Structure& structure, const Loads& loads,
                                     const Eigen::MatrixXd& shapes) {
+  check_loads(structure, loads);
+  check_equal("rows of the shapes", shapes.rows(), structure.size());
   Eigen::MatrixXd participation(3 * structure.branch_count(), shapes.cols());
   for (Eigen::Index r = 0; r < shapes.cols(); ++r) {
     const Eigen::VectorXd shape = shapes.col(r);

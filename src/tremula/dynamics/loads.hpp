@@ -51,9 +51,13 @@ PointShape point_shape(const Beam& beam, const Vec3& direction, double s);
 // The middles of the branches: where the loads want to know the wind. (3 x N) [m]
 Eigen::Matrix3Xd load_points(const Skeleton& skeleton);
 
-// mean_wind (3 x N) [m/s] at load_points. Throws InputError for densities or coefficients below 0.
+// mean_wind (3 x N) [m/s] at load_points. Throws InputError for densities or coefficients below 0. These
+// functions throw it, too, for sizes that do not agree.
 Loads linearise_loads(const Skeleton& skeleton, const Structure& structure, const Eigen::Matrix3Xd& mean_wind,
                       const LoadOptions& options = {});
+
+// Throws InputError unless the loads are of a structure of as many branches.
+void check_loads(const Structure& structure, const Loads& loads);
 
 // Nodal forces (6N) of the loads on all branches under the mean wind, and of a fluctuation v (3 x N).
 Eigen::VectorXd mean_force(const Structure& structure, const Loads& loads);

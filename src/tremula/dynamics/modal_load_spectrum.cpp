@@ -1,5 +1,6 @@
 #include "tremula/dynamics/modal_load_spectrum.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/random.hpp"
 
@@ -15,9 +16,16 @@ namespace tremula {
 
 Eigen::MatrixXcd modal_load_spectrum(const TurbulentWind& wind, const Eigen::Matrix3Xd& points,
                                      const Eigen::MatrixXd& participation, double frequency) {
+  check_equal("rows of the participation", participation.rows(), 3 * points.cols());
+  if (!(std::isfinite(frequency) && frequency > 0)) {
+    throw InputError("frequency", std::to_string(frequency), "above 0 Hz");
+  }
   const Eigen::Index count = points.cols(), modes = participation.cols();
+  if (wind.covariance_uw != 0) {
+    throw InputError("covariance of u and w", std::to_string(wind.covariance_uw),
+                     "0: the cross spectrum of modal loads takes the components as independent");
+  }
   const Vec3 along = heading_direction(wind.mean), across(-along[1], along[0], 0);
-  const Vec3 axes[3] = {along, across, Vec3::UnitZ()};
   Eigen::MatrixXcd spectrum = Eigen::MatrixXcd::Zero(modes, modes);
   if (wind.mean.speed <= 0) return spectrum;
   Eigen::Matrix3Xd amplitude(3, count);
@@ -39,7 +47,9 @@ Eigen::MatrixXcd modal_load_spectrum(const TurbulentWind& wind, const Eigen::Mat
     // What this component does to each mode from each point.
     Eigen::MatrixXcd load(count, modes);
     for (Eigen::Index k = 0; k < count; ++k) {
-      const Eigen::RowVectorXd by_axis = axes[c].transpose() * participation.middleRows<3>(3 * k);
+      const Vec3 local = heading_direction(wind.mean, points(2, k));
+      const Vec3 axis = c == 0 ? local : c == 1 ? Vec3(-local[1], local[0], 0) : Vec3(Vec3::UnitZ());
+      const Eigen::RowVectorXd by_axis = axis.transpose() * participation.middleRows<3>(3 * k);
       load.row(k) = amplitude(c, k) * phase[k] * by_axis.cast<std::complex<double>>();
     }
     // E f f^H of f = load^T w, E w w^H = coherence.
@@ -53,6 +63,8 @@ Eigen::MatrixXcd draw_modal_forces(const Eigen::MatrixXcd& spectrum, double peri
   if (!std::isfinite(period) || period <= 0) {
     throw InputError("period", std::to_string(period), "above 0 s");
   }
+  check_equal("columns of the spectrum", spectrum.cols(), spectrum.rows());
+  if (draws < 1 || draws > 128) throw InputError("draws", std::to_string(draws), "1 to 128");
   const Eigen::Index modes = spectrum.rows();
   Eigen::MatrixXcd noise(modes, draws);
   for (int draw = 0; draw < draws; ++draw) {

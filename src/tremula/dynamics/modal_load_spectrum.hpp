@@ -12,7 +12,8 @@ namespace tremula {
 // The cross-spectral matrix G^T S_vv G of the modal forces at a frequency [Hz] > 0, one-sided, per Hz: (m x
 // m), Hermitian. Between two points every component of the wind has sqrt(S S') times the root-coherence times
 // the phase that Taylor's advection makes of their distance along the wind. points (3 x N), z above the
-// ground, participation (3N x m). Cost N^2 (m + some).
+// ground, participation (3N x m). Cost N^2 (m + some). Throws InputError
+// for a wind whose u and w are correlated.
 Eigen::MatrixXcd modal_load_spectrum(const TurbulentWind& wind, const Eigen::Matrix3Xd& points,
                                      const Eigen::MatrixXd& participation, double frequency);
 

@@ -1,6 +1,8 @@
 // The narrow waist of the cascade: what the wind does to a structure during one loop, as a small table.
 #pragma once
 
+#include "tremula/modes/modes.hpp"
+
 #include <Eigen/Core>
 
 namespace tremula {
@@ -32,7 +34,12 @@ enum class Interpolation {
   cubic,   // periodic Catmull-Rom: smooth velocity, same samples
 };
 
-// Modal coordinates (m) at any time [s], before 0 and after T too; exact at the samples.
+// Throws InputError unless the motion is one of these modes: numbers of modes, static shapes and rows agree,
+// and there is a sample.
+void check_fit(const Modes& modes, const Motion& motion);
+
+// Modal coordinates (m) at any time [s], before 0 and after T too; exact at the samples. Throws InputError
+// for a motion without samples or period, and for a time that is not finite.
 Eigen::VectorXd coordinates_at(const Motion& motion, double time, Interpolation interpolation);
 
 }  // namespace tremula

@@ -1,5 +1,6 @@
 #include "tremula/dynamics/response.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/fft.hpp"
 
@@ -14,10 +15,12 @@ namespace tremula {
 
 Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeAxis& axis,
                                const VelocityAtBin& velocity) {
+  check_at_least("samples of the loop", axis.sample_count, 1);
   Eigen::MatrixXcd modal_forces(axis.bin_count(), participation.cols());
   // Every bin is worked out by one thread in one order, so the threads do not show in the result.
   tbb::parallel_for(0, axis.bin_count(), [&](int bin) {
     const Eigen::Matrix3Xcd wind = velocity(bin);
+    check_equal("points of the wind, three numbers each", 3 * wind.cols(), participation.rows());
     const Eigen::VectorXcd stacked = wind.reshaped();
     Eigen::VectorXcd force(participation.cols());
     force.real().noalias() = participation.transpose() * stacked.real();
@@ -29,6 +32,8 @@ Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeA
 
 Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis,
                const Damping& damping, const Eigen::VectorXd& lean) {
+  check_equal("bins of the modal forces", modal_forces.rows(), axis.bin_count());
+  check_equal("modes of the modal forces", modal_forces.cols(), modes.count());
   Eigen::MatrixXcd coordinates(modal_forces.rows(), modal_forces.cols());
   const Eigen::VectorXd mode_omega = modes.omega(), damping_rate = structural_damping(damping, mode_omega);
   for (Eigen::Index r = 0; r < modal_forces.cols(); ++r) {
@@ -47,6 +52,8 @@ Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& par
   // The participation of a large plant is read from memory for every product: once for a few bins, then.
   // Every group of bins is worked out by one thread in one order, so the threads do not show in the result.
   constexpr int bins_together = 4;
+  check_equal("columns of the participation", participation.cols(), transfer.coordinate_count());
+  check_equal("points of the wind, three numbers each", 3 * wind.mean.cols(), participation.rows());
   const int first = wind.has_slow_gusts ? 0 : 1, count = axis.bin_count() - first;
   Eigen::MatrixXcd coordinates = Eigen::MatrixXcd::Zero(axis.bin_count(), participation.cols());
   std::atomic<int> bins_done = 0;

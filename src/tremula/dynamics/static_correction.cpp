@@ -1,5 +1,7 @@
 #include "tremula/dynamics/static_correction.hpp"
 
+#include "tremula/base/check.hpp"
+
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -9,6 +11,8 @@
 namespace tremula {
 
 StaticShapes static_shapes(const Structure& structure, const Loads& loads, const Modes& modes) {
+  check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
+  check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
   constexpr double negligible = 1e-10;  // of the elastic energy under the load
   const Eigen::VectorXd flexibility = modes.omega().cwiseAbs2().cwiseInverse();
   std::vector<Eigen::VectorXd> deflections, forces;
@@ -66,6 +70,8 @@ StaticShapes static_shapes(const Structure& structure, const Loads& loads, const
 Modes with_static_shapes(const Modes& modes, const StaticShapes& shapes) {
   Modes all = modes;
   if (shapes.count() == 0) return all;
+  check_equal("rows of the static shapes", shapes.shapes.rows(), modes.shapes.rows());
+  check_equal("columns of the static shapes", shapes.shapes.cols(), shapes.count());
   const Eigen::Index count = modes.count(), more = shapes.count();
   all.frequency.conservativeResize(count + more);
   all.frequency.tail(more) = shapes.frequency;

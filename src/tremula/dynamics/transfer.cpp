@@ -1,6 +1,6 @@
 #include "tremula/dynamics/transfer.hpp"
 
-#include "tremula/base/error.hpp"
+#include "tremula/base/check.hpp"
 #include "tremula/numerics/quadrature.hpp"
 
 #include <algorithm>
@@ -72,6 +72,15 @@ struct Piece {
 
 }  // namespace
 
+void check_system(const ModalSystem& system) {
+  check_equal("columns of the damping", system.damping.cols(), system.damping.rows());
+  check_equal("frequencies of the system", system.omega.size(), system.damping.rows() + system.static_count);
+  if (!system.damping.allFinite()) throw InputError("damping", "one that is not finite", "numbers");
+  if (!(system.omega.allFinite() && (system.omega.array() > 0).all())) {
+    throw InputError("frequencies of the system", "one that is not above 0", "numbers above 0");
+  }
+}
+
 Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega) {
   const Eigen::Index m = system.dynamic_count(), all = system.omega.size();
   Eigen::MatrixXcd transfer = Eigen::MatrixXcd::Zero(all, all);
@@ -89,6 +98,7 @@ Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega) {
 }
 
 Poles find_poles(const ModalSystem& system) {
+  check_system(system);
   const Eigen::Index m = system.dynamic_count();
   if (m == 0) return {};
   // The velocities in units of the highest frequency: numbers of one size.
@@ -131,6 +141,8 @@ Poles find_poles(const ModalSystem& system) {
 BinTransfer::BinTransfer(const ModalSystem& system, const TimeAxis& axis, Transfer kind,
                          std::function<double(double omega)> power)
     : system_(system), axis_(axis), kind_(kind), power_(std::move(power)) {
+  check_system(system_);
+  check_at_least("samples of the loop", axis.sample_count, 1);
   if (kind_ == Transfer::bin_averaged) poles_ = find_poles(system_);
 }
 

@@ -20,6 +20,8 @@ struct ModalSystem {
 
   Eigen::Index dynamic_count() const { return damping.rows(); }
 };
+// Throws InputError unless sizes agree and frequencies are above 0.
+void check_system(const ModalSystem& system);
 
 // H of the system at one frequency, (m + static_count)^2: S eq. 7 where C is diagonal. omega [rad/s]
 Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega);
@@ -54,6 +56,8 @@ class BinTransfer {
   // power: of the wind at a frequency [rad/s] >= 0, in any unit; empty: white. Throws as find_poles does.
   BinTransfer(const ModalSystem& system, const TimeAxis& axis, Transfer kind,
               std::function<double(double omega)> power = {});
+
+  Eigen::Index coordinate_count() const { return system_.omega.size(); }
 
   // How each pole, and what follows at once, answers to each draw of the bin's forces.
   struct Weights {

@@ -104,7 +104,7 @@ class Grower {
           .key = frame.key,
           .statement = frame.alternative,
           .height = turtle_.position().z()};
-      for (std::size_t i = 0; i < count; ++i) values[i] = evaluate(module.arguments[i], names, system_.name);
+      for (std::size_t i = 0; i < count; ++i) values[i] = worked_out(module.arguments[i], names);
       const std::span<const double> arguments(values.data(), count);
       if (module.rule < 0 || !rewrite(module, arguments, key, frame.step)) draw(module, arguments);
     }
@@ -139,8 +139,8 @@ class Grower {
     for (std::size_t i = 0; i < rule.alternatives.size(); ++i) {
       const Production& production = rule.alternatives[i];
       names.statement = static_cast<std::uint32_t>(i);
-      if (production.condition && evaluate(*production.condition, names, system_.name) == 0) continue;
-      const double weight = evaluate(production.weight, names, system_.name);
+      if (production.condition && worked_out(*production.condition, names) == 0) continue;
+      const double weight = worked_out(production.weight, names);
       if (weight < 0) refuse(production.line, "probability " + number_text(weight), "0 or more");
       any = true;
       weights_[i] = weight;
@@ -284,6 +284,16 @@ class Grower {
         "growth that ends: fewer steps or a condition");
   }
 
+  double worked_out(const Expression& expression, const ExpressionValues& names) {
+    terms_ += expression.nodes.size();
+    if (terms_ > limits_.terms) {
+      refuse(expression.line,
+             "more than " + std::to_string(limits_.terms) + " terms of expressions to work out",
+             "fewer steps, fewer letters or shorter expressions");
+    }
+    return evaluate(expression, names, system_.name);
+  }
+
   [[noreturn]] void refuse(int line, const std::string& found, const std::string& wanted) const {
     throw InputError(system_.name + ":" + std::to_string(line), found, wanted);
   }
@@ -343,7 +353,7 @@ class Grower {
   std::vector<Frame> frames_;
   std::vector<double> parameters_;  // of all frames, one after the other
   std::vector<double> weights_;
-  std::size_t letters_ = 0;
+  std::size_t letters_ = 0, terms_ = 0;
 };
 
 }  // namespace

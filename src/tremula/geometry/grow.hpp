@@ -15,6 +15,7 @@ namespace tremula {
 // What ends runaway growth before it fills the memory.
 struct GrowLimits {
   std::size_t letters = 10'000'000;  // looked at, in all derivation steps together
+  std::size_t terms = 200'000'000;   // numbers, names and operations worked out in expressions
   std::size_t branches = 1'000'000;
   std::size_t leaves = 2'000'000;
   std::size_t nesting = 100'000;  // of [ and ]

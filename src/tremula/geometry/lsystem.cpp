@@ -242,6 +242,7 @@ class Reader {
     if (cursor.take(':')) production.condition = parse_expression(cursor, scope);
     if (!cursor.take("->")) cursor.fail("'->'");
     production.weight = read_weight(cursor, scope);
+    if (production.weight.line == 0) production.weight.line = begin.line();
     production.successor = read_modules(cursor, scope);
 
     const auto [entry, is_new] =

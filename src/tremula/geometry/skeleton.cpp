@@ -1,9 +1,11 @@
 #include "tremula/geometry/skeleton.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/geometry/skeleton_checks.hpp"
 
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 namespace tremula {
 namespace {
@@ -40,7 +42,7 @@ void check_unit(const Vec3& axis, const std::string& name, std::size_t leaf, con
 
 }  // namespace
 
-void check_skeleton(const Skeleton& skeleton, const std::string& name) {
+void check_skeleton(const Skeleton& skeleton, const std::string& name, const SkeletonLeniency& leniency) {
   if (skeleton.roots.empty()) throw InputError(name, "no root", "at least one");
   if (skeleton.branches.empty()) throw InputError(name, "no branch", "at least one");
   if (!skeleton.origin.allFinite()) throw InputError(name, "the origin is not finite", "finite coordinates");
@@ -58,6 +60,7 @@ void check_skeleton(const Skeleton& skeleton, const std::string& name) {
     check_point(branch.end, name, "branch", k, "end");
     check_size(branch.start_radius, name, "branch", k, "start radius");
     check_size(branch.end_radius, name, "branch", k, "end radius");
+    if (branch.length() == 0 && leniency.branches_without_length) continue;
     check_size(branch.length(), name, "branch", k, "length");
   }
   for (std::size_t k = 0; k < skeleton.leaves.size(); ++k) {
@@ -66,6 +69,7 @@ void check_skeleton(const Skeleton& skeleton, const std::string& name) {
       reject(name, "leaf", k, "branch is " + std::to_string(leaf.branch),
              "one of 0 to " + std::to_string(skeleton.branch_count() - 1));
     }
+    if (leniency.leaves_of_any_shape) continue;
     if (!(leaf.position >= 0 && leaf.position <= 1)) {
       reject(name, "leaf", k, "position is " + shown(leaf.position), "0 (start of the branch) to 1 (end)");
     }
@@ -75,12 +79,15 @@ void check_skeleton(const Skeleton& skeleton, const std::string& name) {
     if (!(std::abs(leaf.axis.dot(leaf.normal)) <= 1e-6)) {
       reject(name, "leaf", k, "cosine between axis and normal is " + shown(leaf.axis.dot(leaf.normal)), "0");
     }
-    check_size(leaf.length, name, "leaf", k, "length");
-    check_size(leaf.width, name, "leaf", k, "width");
-    check_size(leaf.area, name, "leaf", k, "area");
-    check_size(leaf.mass, name, "leaf", k, "mass");
+    for (const auto& [what, size] : {std::pair{"length", leaf.length}, std::pair{"width", leaf.width},
+                                     std::pair{"area", leaf.area}, std::pair{"mass", leaf.mass}}) {
+      if (size == 0 && leniency.leaves_without_size) continue;
+      check_size(size, name, "leaf", k, what);
+    }
   }
 }
+
+void check_skeleton(const Skeleton& skeleton, const std::string& name) { check_skeleton(skeleton, name, {}); }
 
 Extent extent(const Skeleton& skeleton) {
   Extent box{Vec3::Constant(HUGE_VAL), Vec3::Constant(-HUGE_VAL)};

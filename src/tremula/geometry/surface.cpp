@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/geometry/axes.hpp"
+#include "tremula/geometry/skeleton_checks.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,6 +10,7 @@
 #include <numbers>
 #include <span>
 #include <string>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -201,7 +203,7 @@ class TubeWriter {
 
   void close(const Section& tip) {
     const auto apex = static_cast<std::uint32_t>(surface_.position.size());
-    add_vertex(tip.centre, tip.direction, 0.5, tip.turns, tip.branch, 1.0);
+    add_vertex(tip.centre, tip.direction, 0.5, tip.turns, tip.branch, tip.along);
     for (std::uint32_t i = 0; i < sides_; ++i) add_triangle(ring_ + i, ring_ + i + 1, apex);
   }
 
@@ -340,6 +342,72 @@ void mesh_axis(const Skeleton& skeleton, const Tubes& tubes, const Path& path, c
   writer.close(section_of(skeleton, tubes, path, count - 1, 1));
 }
 
+double distance_to_axis(const Vec3& point, const Branch& branch) {
+  const Vec3 span = branch.end - branch.start;
+  const double length2 = span.squaredNorm();
+  const double s = length2 > 0 ? std::clamp((point - branch.start).dot(span) / length2, 0.0, 1.0) : 0.0;
+  return (point - branch.start - s * span).norm();
+}
+
+// The branches that start on each node, as lists: the first of every node, and the next of every branch.
+struct Children {
+  std::vector<int> first, next;
+};
+
+Children children_by_node(const Skeleton& skeleton) {
+  Children children{std::vector<int>(at(skeleton.node_count()), -1),
+                    std::vector<int>(skeleton.branches.size(), -1)};
+  for (int k = skeleton.branch_count() - 1; k >= 0; --k) {
+    int& first = children.first[at(skeleton.branches[at(k)].start_node)];
+    children.next[at(k)] = std::exchange(first, k);
+  }
+  return children;
+}
+
+// Whether a branch starts clear of the skin of every branch that meets at its node: only its rigid arm holds
+// it. On a hub the first 256 are asked.
+bool hangs_on_an_arm(const Skeleton& skeleton, const Children& children, int branch) {
+  const Branch& own = skeleton.branches[at(branch)];
+  if (own.start == skeleton.node_position(own.start_node)) return false;
+  const auto touches = [&](int other) {
+    const Branch& b = skeleton.branches[at(other)];
+    return distance_to_axis(own.start, b) <= std::max(b.start_radius, b.end_radius) + own.start_radius;
+  };
+  const int below = skeleton.parent(branch);
+  if (below >= 0 && touches(below)) return false;
+  int asked = 0;
+  for (int k = children.first[at(own.start_node)]; k >= 0 && asked < 256; k = children.next[at(k)], ++asked) {
+    if (k != branch && touches(k)) return false;
+  }
+  return true;
+}
+
+// A rigid arm that shows, as a spike from the node to the start it holds: its foot moves with the branch that
+// ends at the node, its tip with the one that starts.
+void mesh_arm(const Skeleton& skeleton, int branch, int sides, Surface& surface) {
+  const Branch& own = skeleton.branches[at(branch)];
+  const int below = skeleton.parent(branch);
+  Section foot;
+  foot.branch = below >= 0 ? below : branch;
+  foot.along = below >= 0 ? 1 : 0;
+  foot.centre = skeleton.node_position(own.start_node);
+  const Vec3 arm = own.start - foot.centre;
+  foot.direction = unit_or(arm, Vec3::UnitZ());
+  foot.side = foot.direction.unitOrthogonal();
+  foot.across = foot.direction.cross(foot.side);
+  foot.radius = own.start_radius;
+  foot.slope = 0;
+  foot.turns = 0;
+  TubeWriter writer(surface, sides);
+  writer.add_section(foot, foot.direction);
+  Section tip = foot;
+  tip.branch = branch;
+  tip.along = 0;
+  tip.centre = own.start;
+  tip.turns = arm.norm() / (2 * pi * foot.radius);
+  writer.close(tip);
+}
+
 // A broad leaf in its own frame (x across in widths, y along in lengths, z up in lengths): folded upwards
 // along the midrib, which arches. Base, middle, tip, left edge, right edge.
 constexpr std::array<std::array<float, 3>, leaf_vertices> leaf_shape = {{{0, 0, 0},
@@ -393,11 +461,15 @@ void check_options(const SurfaceOptions& options) {
 }  // namespace
 
 Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options) {
+  check_skeleton(skeleton, "skeleton", {.branches_without_length = true, .leaves_of_any_shape = true});
   check_options(options);
   const Tubes tubes = measure_tubes(skeleton, options);
   Surface surface;
+  const Children children = children_by_node(skeleton);
   for (const std::vector<int>& axis : tubes.axes) {
     mesh_axis(skeleton, tubes, lay_path(skeleton, tubes, axis), options, surface);
+    if (hangs_on_an_arm(skeleton, children, axis.front()))
+      mesh_arm(skeleton, axis.front(), options.min_sides, surface);
   }
   surface.first_leaf_vertex = static_cast<std::uint32_t>(surface.vertex_count());
   if (options.leaves) {

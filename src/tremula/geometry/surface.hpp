@@ -46,8 +46,10 @@ std::vector<std::vector<int>> split_into_axes(const Skeleton& skeleton);
 // Tubes follow the axes with smooth radii and mitred joints; a side axis starts in a collar on the skin of
 // the one it springs from. Every tube is closed: at its base by a disc, at its tip by one vertex that lies
 // exactly on the end node of its last branch. A ring at a node that two branches of an axis share belongs to
-// the lower one, at along = 1. Bark comes first, then leaves. Takes what check_skeleton accepts, and branches
-// of no length besides. Throws InputError for options out of range.
+// the lower one, at along = 1. An axis that starts clear of all wood at its node shows the rigid arm that
+// holds it, as a spike from the node. Bark comes first, then leaves. Takes what check_skeleton accepts, and
+// branches of no length and leaves of any shape besides. Throws InputError for other skeletons and options
+// out of range.
 Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options = {});
 
 }  // namespace tremula

@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/finite.hpp"
 
 #include <algorithm>
 #include <array>
@@ -206,16 +207,14 @@ Json make_animation(Builder& builder, const MorphTargets& morphs) {
           {"samplers", Json::array({{{"input", input}, {"output", output}, {"interpolation", "LINEAR"}}})}};
 }
 
-bool all_finite(const std::vector<Vec3f>& values) {
-  return std::all_of(values.begin(), values.end(), [](const Vec3f& v) { return v.allFinite(); });
-}
-
 void check_fit(const Surface& surface, const MorphTargets& morphs) {
   const std::size_t count = surface.vertex_count();
   if (surface.bark_triangles.empty() && surface.leaf_triangles.empty())
     throw Error("glTF: the surface has no triangles");
-  if (!all_finite(surface.position) || !all_finite(surface.normal))
-    throw Error("glTF: the surface is not finite");
+  check_finite("glTF: positions of the surface", surface.position);
+  check_finite("glTF: normals of the surface", surface.normal);
+  check_finite("glTF: times of the loop", morphs.times);
+  check_finite("glTF: weights of the loop", morphs.weights);
   if (morphs.weights.size() != morphs.key_count() * morphs.target_count()) {
     throw Error("glTF: " + std::to_string(morphs.weights.size()) +
                 " weights, wanted one for each key and target");
@@ -225,8 +224,8 @@ void check_fit(const Surface& surface, const MorphTargets& morphs) {
       throw Error("glTF: a morph target has " + std::to_string(shape.position.size()) + " vertices, wanted " +
                   std::to_string(count));
     }
-    if (!all_finite(shape.position) || !all_finite(shape.normal))
-      throw Error("glTF: a morph target is not finite");
+    check_finite("glTF: positions of a morph target", shape.position);
+    check_finite("glTF: normals of a morph target", shape.normal);
   }
 }
 

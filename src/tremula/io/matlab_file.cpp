@@ -12,8 +12,11 @@
 namespace tremula {
 namespace {
 
-// What one file may unpack to: a thousand bytes for each of a million cylinders.
-constexpr std::size_t most_inflated = std::size_t{1} << 30;
+// What one file may unpack to: a thousand bytes for each of half a million cylinders. Numbers that were
+// measured pack to a half or a tenth; what unpacks to a hundred times its size is no model of a tree.
+constexpr std::size_t most_inflated = std::size_t{1} << 29;
+constexpr std::size_t always_inflated = std::size_t{1} << 26;
+constexpr std::size_t most_times_packed = 100;
 constexpr std::size_t most_elements = std::size_t{1} << 40;
 
 enum ElementType : std::uint32_t {
@@ -80,7 +83,9 @@ void want_type(const Element& element, std::uint32_t type, const char* what, con
                    "type " + std::to_string(type));
 }
 
-std::string inflate_all(std::string_view packed, std::size_t budget, const std::string& where) {
+// Unpacks one element. It begins with its own size, so that no more memory is taken than it needs.
+std::string inflate_element(std::string_view packed, bool big_endian, std::size_t budget,
+                            const std::string& where) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) throw Error(where + ": zlib cannot start");
   struct End {
@@ -90,25 +95,41 @@ std::string inflate_all(std::string_view packed, std::size_t budget, const std::
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
   stream.avail_in = static_cast<uInt>(packed.size());
 
-  std::string out;
-  for (;;) {
-    const std::size_t before = out.size();
-    out.resize(std::min(std::max(4 * packed.size(), 2 * before) + 4096, budget + 1));
-    stream.next_out = reinterpret_cast<Bytef*>(out.data() + before);
-    stream.avail_out = static_cast<uInt>(out.size() - before);
+  constexpr std::size_t tag = 8;
+  std::string out(tag, '\0');
+  std::size_t filled = 0;
+  // False at the end of the data.
+  const auto inflate_to = [&](char* to, std::size_t room) {
+    stream.next_out = reinterpret_cast<Bytef*>(to);
+    stream.avail_out = static_cast<uInt>(room);
     const int result = inflate(&stream, Z_NO_FLUSH);
-    out.resize(out.size() - stream.avail_out);
-    if (out.size() > budget) {
-      throw InputError(where, "unpacks to more than " + std::to_string(budget) + " bytes", "a smaller file");
+    if (result == Z_OK || result == Z_STREAM_END) return result == Z_OK;
+    throw InputError(
+        where, result == Z_BUF_ERROR ? "compressed data that break off" : "compressed data that are damaged",
+        "a whole file");
+  };
+  const auto fill = [&] {
+    bool more = true;
+    while (filled < out.size() && more) {
+      more = inflate_to(out.data() + filled, out.size() - filled);
+      filled = out.size() - stream.avail_out;
     }
-    if (result == Z_STREAM_END) return out;
-    if (result != Z_OK) {
-      throw InputError(
-          where,
-          result == Z_BUF_ERROR ? "compressed data that break off" : "compressed data that are damaged",
-          "a whole file");
-    }
+    out.resize(filled);
+  };
+  fill();
+  if (out.size() < tag) return out;
+  if (load<std::uint32_t>(out.data(), big_endian) >> 16 != 0) return out;  // a small element is whole
+  const std::size_t size = load<std::uint32_t>(out.data() + 4, big_endian);
+  if (tag + size > budget || tag + size > std::max(always_inflated, most_times_packed * packed.size())) {
+    throw InputError(where, std::to_string(packed.size()) + " bytes that unpack to " + std::to_string(size),
+                     "at most " + std::to_string(std::min(
+                                      budget, std::max(always_inflated, most_times_packed * packed.size()))));
   }
+  out.resize(tag + size);
+  fill();
+  char padding[16];
+  inflate_to(padding, sizeof padding);  // up to the check sum, which is compared there
+  return out;
 }
 
 MatlabArray parse_array(std::string_view data, bool big_endian, const std::string& where) {
@@ -223,7 +244,7 @@ MatlabFile read_matlab_file(std::string_view bytes, const std::string& path) {
     const std::string where = path + ": variable " + std::to_string(file.variables.size() + 1);
     Element element = take_element(rest, big_endian, where);
     if (element.type == mi_compressed) {
-      file.inflated.push_back(inflate_all(element.data, most_inflated - inflated, where));
+      file.inflated.push_back(inflate_element(element.data, big_endian, most_inflated - inflated, where));
       inflated += file.inflated.back().size();
       std::string_view unpacked = file.inflated.back();
       element = take_element(unpacked, big_endian, where);
@@ -256,6 +277,27 @@ std::optional<MatlabArray> find_field(const MatlabArray& array, std::string_view
     return parse_array(value.data, array.big_endian, where + "." + std::string(name));
   }
   return {};
+}
+
+std::optional<MatlabArray> first_cell(const MatlabArray& array, const std::string& where) {
+  if (array.size() == 0) return {};
+  std::string_view rest = array.body;
+  const Element element = take_element(rest, array.big_endian, where);
+  want_type(element, mi_matrix, "a cell", where);
+  return parse_array(element.data, array.big_endian, where);
+}
+
+const char* kind_of(const MatlabArray& array) {
+  switch (array.array_class) {
+    case 1:
+      return "a cell array";
+    case 2:
+      return "a struct";
+    case 4:
+      return "text";
+    default:
+      return array.array_class >= 6 && array.array_class <= 15 ? "numbers" : "an object or table";
+  }
 }
 
 std::vector<double> numbers(const MatlabArray& array, const std::string& where) {

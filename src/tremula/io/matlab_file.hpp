@@ -23,6 +23,7 @@ struct MatlabArray {
   std::string_view body;  // what follows the name: elements of a numeric array, fields of a struct
   bool big_endian = false;
 
+  bool is_cell() const { return array_class == 1; }
   bool is_struct() const { return array_class == 2; }
   bool is_single() const { return array_class == 7; }
   std::size_t size() const;  // product of the dimensions
@@ -45,6 +46,12 @@ MatlabFile read_matlab_file(std::string_view bytes, const std::string& path);
 // A field of the first element of a struct array; `where` is for messages ("tree.mat: QSM").
 std::optional<MatlabArray> find_field(const MatlabArray& array, std::string_view name,
                                       const std::string& where);
+
+// The first element of a cell array, where it has one.
+std::optional<MatlabArray> first_cell(const MatlabArray& array, const std::string& where);
+
+// What an array is, in words: "struct", "cell array", "text", "numbers".
+const char* kind_of(const MatlabArray& array);
 
 // The elements, column by column. Throws InputError unless the array is real, numeric or logical, and whole.
 std::vector<double> numbers(const MatlabArray& array, const std::string& where);

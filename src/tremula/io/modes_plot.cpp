@@ -1,6 +1,7 @@
 #include "tremula/io/modes_plot.hpp"
 
 #include "tremula/deformation/pose.hpp"
+#include "tremula/io/finite.hpp"
 #include "tremula/io/svg.hpp"
 
 #include <algorithm>
@@ -165,8 +166,8 @@ struct Placement {
   Eigen::Vector2d center, at;
 };
 
-// Branches as lines as wide as they are thick, the more coloured the more their ends move. They are gathered
-// in a few widths and colours to keep files small.
+// Branches, and the rigid arms that hold them, as lines as wide as they are thick, the more coloured the more
+// their ends move. They are gathered in a few widths and colours to keep files small.
 std::string draw_branches(const Skeleton& skeleton, const std::vector<int>& branches,
                           const Displacement& displacement, const Placement& placement,
                           const std::string& still, const std::string& moving) {
@@ -180,12 +181,19 @@ std::string draw_branches(const Skeleton& skeleton, const std::vector<int>& bran
     const double width = std::max(0.7, placement.scale * (branch.start_radius + branch.end_radius));
     const int pieces = std::clamp(static_cast<int>(placement.scale * branch.length() / 8), 1, 24);
     Line line;
-    for (int i = 0; i <= pieces; ++i) {
-      const double s = static_cast<double>(i) / pieces;
-      const Vec3 point = branch.start + s * (branch.end - branch.start) +
-                         branch_point(skeleton, displacement, k, s).displacement;
+    const auto draw_to = [&](const Vec3& point) {
       const Eigen::Vector2d seen = placement.scale * (placement.view.see(point) - placement.center);
       line.emplace_back(placement.at.x() + seen.x(), placement.at.y() - seen.y());
+    };
+    const Vec3& node = skeleton.node_position(branch.start_node);
+    if (branch.start != node) {  // a rigid arm
+      const int below = skeleton.parent(k);
+      draw_to(below < 0 ? node : Vec3(node + displacement.segment<3>(6 * below)));
+    }
+    for (int i = 0; i <= pieces; ++i) {
+      const double s = static_cast<double>(i) / pieces;
+      draw_to(branch.start + s * (branch.end - branch.start) +
+              branch_point(skeleton, displacement, k, s).displacement);
     }
     const double share = farthest > 0 ? std::sqrt(moved(k) / farthest) : 0;
     by_look[{static_cast<int>(std::lround(shades * share)),
@@ -228,6 +236,8 @@ std::string scale_bar(double x, double y, double panel_width, double scale) {
 
 std::string plot_modes(const Skeleton& skeleton, const Modes& modes, const ModeQuality& quality,
                        const ModesPlotOptions& options) {
+  check_finite("plot: frequencies", modes.frequency);
+  check_finite("plot: total mass", quality.total_mass);
   const Box frame{84, 78, page_width - 84 - margin, 250};
   std::string body = svg_text(margin, 36, options.title, {.size = 20, .color = "#111", .bold = true});
   body += svg_text(margin, 58,

@@ -8,18 +8,18 @@
 namespace tremula {
 namespace {
 
+double squared_distance(const Vec3& point, const Vec3& low, const Vec3& high) {
+  return (point - point.cwiseMax(low).cwiseMin(high)).squaredNorm();
+}
+
+}  // namespace
+
 double squared_distance(const Vec3& point, const NearestBranch::Segment& segment) {
   const Vec3 along = segment.end - segment.start;
   const double length2 = along.squaredNorm();
   const double s = length2 > 0 ? std::clamp((point - segment.start).dot(along) / length2, 0.0, 1.0) : 0.0;
   return (point - segment.start - s * along).squaredNorm();
 }
-
-double squared_distance(const Vec3& point, const Vec3& low, const Vec3& high) {
-  return (point - point.cwiseMax(low).cwiseMin(high)).squaredNorm();
-}
-
-}  // namespace
 
 NearestBranch::NearestBranch(std::vector<Segment> segments)
     : segments_(std::move(segments)),

@@ -44,4 +44,6 @@ class NearestBranch {
   std::vector<Box> boxes_;
 };
 
+double squared_distance(const Vec3& point, const NearestBranch::Segment& segment);  // [m^2]
+
 }  // namespace tremula

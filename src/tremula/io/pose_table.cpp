@@ -1,6 +1,7 @@
 #include "tremula/io/pose_table.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/io/finite.hpp"
 
 #include <charconv>
 
@@ -26,6 +27,7 @@ std::string encode_pose_table(const Skeleton& skeleton, const Modes& modes, cons
     }
     const double time = frame * motion.period / motion.sample_count();
     const Displacement displacement = displacement_at(modes, motion, time);
+    check_finite("pose of frame " + std::to_string(frame), displacement);
     for (int node = 0; node < skeleton.node_count(); ++node) {
       Vec3 position = skeleton.node_position(node), rotation = Vec3::Zero();
       if (node >= skeleton.root_count()) {

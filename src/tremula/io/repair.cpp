@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <numbers>
 #include <utility>
 
@@ -19,6 +20,22 @@ namespace {
 constexpr double same_place = 1e-9;
 // Roots up to this share of the plant's height above the lowest are in the ground.
 constexpr double near_the_ground = 0.05;
+// No plant is as large as this [m]; the tallest tree, read in millimetres, is not.
+constexpr double largest_plant = 1e6;
+
+// How far from the axis of its parent a cylinder may start, in lengths and radii of both (see reach). Of 1505
+// cylinders in five TreeQSM models the farthest starts at 0.84 of that, the middle one at 0.05.
+constexpr double worth_saying = 1;
+constexpr double not_of_a_scan = 2;
+constexpr double not_of_most = 0.3;  // for the middle one
+// Nor does it matter how far where it is little against the plant: 0.01 of its size in those models.
+constexpr double small_gap = 0.02;
+constexpr double large_gap = 0.05;
+// How far a loose piece may hang from the nearest branch, skin to skin: that many of its radii and that share
+// of its reach outwards. The one in those models hangs at 0.7 of a radius.
+constexpr double loose_radii = 2;
+constexpr double loose_share = 0.25;
+
 // A piece with at least this share of the wood of the largest piece may be the base of the plant.
 constexpr double substantial = 0.1;
 
@@ -86,6 +103,10 @@ void check_size(const RawTree& tree, const Extent& box) {
   const double size = (box.high - box.low).maxCoeff();
   if (size < 1e-6) {
     throw InputError(tree.path, "the whole plant measures " + rounded(size) + " m", "at least 1e-06 m");
+  }
+  if (size > largest_plant) {
+    throw InputError(tree.path, "the whole plant measures " + rounded(size) + " m",
+                     "at most 1e+06 m (--unit says what unit the file is in)");
   }
 }
 
@@ -204,28 +225,52 @@ int find_base(const RawTree& tree, const Pieces& pieces) {
 }
 
 // For each root whether it is clamped; none that carries nothing is.
-std::vector<char> clamped_roots(const RawTree& tree, const Pieces& pieces, int base, const Extent& box,
-                                RootRule rule) {
-  const double ground = tree.roots[base].z() + near_the_ground * (box.high.z() - box.low.z());
+std::vector<char> clamped_roots(const RawTree& tree, const Pieces& pieces, int base, const Extent& box) {
+  const double near = near_the_ground * (box.high.z() - box.low.z());
   std::vector<char> clamped(tree.roots.size(), 0);
-  for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
-    if (pieces[r].empty()) continue;
-    clamped[r] = r == base || rule == RootRule::all ||
-                 (rule == RootRule::near_the_ground && tree.roots[r].z() <= ground);
+  for (std::size_t r = 0; r < tree.roots.size(); ++r) {
+    clamped[r] = !pieces[r].empty() && std::abs(tree.roots[r].z() - tree.roots[base].z()) <= near;
   }
   return clamped;
 }
 
+// How far a piece reaches from its root.
+double reach_outwards(const RawTree& tree, int root, const std::vector<int>& piece) {
+  double farthest = 0;
+  for (const int k : piece) farthest = std::max(farthest, (tree.branches[k].end - tree.roots[root]).norm());
+  return farthest;
+}
+
+struct Join {
+  int root;
+  int carrier;      // branch
+  double distance;  // from the root of the piece to the axis of its carrier [m]
+};
+
+// Refuses a loose piece that hangs too far away for a gap in a scan.
+void check_join(const RawTree& tree, const std::vector<int>& piece, const Join& join) {
+  const RawBranch& own = tree.branches[piece.front()];
+  const RawBranch& carrier = tree.branches[join.carrier];
+  const double skin = std::max(carrier.start_radius, carrier.end_radius) + own.start_radius;
+  const double most =
+      skin + loose_radii * own.start_radius + loose_share * reach_outwards(tree, join.root, piece);
+  if (join.distance <= most) return;
+  throw InputError(
+      place(tree, piece.front()),
+      "has no parent, stands in the air and is " + rounded(join.distance) + " m from the nearest branch",
+      "at most " + rounded(most) + " m for a piece of its size, or --allow-gaps to join it all the same");
+}
+
 // Joins every piece on a root that is not clamped to the nearest branch of the tree, starting with the piece
-// nearest to it. Returns for each root the branch its piece was joined to, or -1.
-std::vector<int> join_loose_pieces(const RawTree& tree, const Pieces& pieces,
-                                   const std::vector<char>& clamped, std::size_t most_visits) {
-  std::vector<int> joined_to(tree.roots.size(), -1);
+// nearest to it.
+std::vector<Join> join_loose_pieces(const RawTree& tree, const Pieces& pieces,
+                                    const std::vector<char>& clamped, bool allow_gaps,
+                                    std::size_t most_visits) {
   std::vector<int> loose;
   for (int r = 0; r < static_cast<int>(tree.roots.size()); ++r) {
     if (!clamped[r] && !pieces[r].empty()) loose.push_back(r);
   }
-  if (loose.empty()) return joined_to;
+  if (loose.empty()) return {};
 
   std::vector<NearestBranch::Segment> segments;
   segments.reserve(tree.branches.size());
@@ -249,11 +294,107 @@ std::vector<int> join_loose_pieces(const RawTree& tree, const Pieces& pieces,
   std::vector<std::pair<double, int>> by_distance;
   for (const int r : loose) by_distance.emplace_back(nearest(r).squared_distance, r);
   std::sort(by_distance.begin(), by_distance.end());
+  std::vector<Join> joins;
   for (const auto& [distance, r] : by_distance) {
-    joined_to[r] = nearest(r).segment;
+    const NearestBranch::Found found = nearest(r);
+    joins.push_back({r, found.segment, std::sqrt(found.squared_distance)});
+    if (!allow_gaps) check_join(tree, pieces[r], joins.back());
     include(r);
   }
-  return joined_to;
+  return joins;
+}
+
+// "at 0.21 m (line 90), 0.04 m (line 7)": the farthest first, and no more than six.
+struct Distance {
+  double distance;
+  std::size_t place;
+};
+
+std::string list_distances(const RawTree& tree, std::vector<Distance> distances) {
+  std::stable_sort(distances.begin(), distances.end(),
+                   [](const Distance& a, const Distance& b) { return a.distance > b.distance; });
+  std::string text;
+  const char* const where = tree.place_is_line ? "line " : "cylinder ";
+  for (std::size_t i = 0; i < distances.size() && i < 6; ++i) {
+    char metres[32];
+    std::snprintf(metres, sizeof metres, "%.3g m (", distances[i].distance);
+    text += (i == 0 ? "" : ", ") + (metres + (where + std::to_string(distances[i].place)) + ")");
+  }
+  if (distances.size() > 6) text += " and " + std::to_string(distances.size() - 6) + " at less";
+  return text;
+}
+
+void note_joins(RawTree& tree, const Pieces& pieces, const std::vector<Join>& joins) {
+  std::vector<Distance> distances;
+  for (const Join& join : joins)
+    distances.push_back({join.distance, tree.branches[pieces[join.root].front()].place});
+  note(tree.repairs, "joined_to_nearest", joins.size(),
+       "segment without parent joined to the nearest branch, at " + list_distances(tree, distances),
+       "segments without parent joined to the nearest branch, at " + list_distances(tree, distances));
+}
+
+// Children that start away from their parents: a few are what scans have, the rest is a table misread.
+void check_gaps(RawTree& tree, const std::vector<int>& kept, const Standing& standing, double size,
+                bool allow_gaps) {
+  const auto gap = [&](int k) {
+    const RawBranch& parent = tree.branches[standing.parent[k]];
+    return std::sqrt(squared_distance(tree.branches[k].start, {parent.start, parent.end}));
+  };
+  const auto reach = [&](int k) {
+    const RawBranch& parent = tree.branches[standing.parent[k]];
+    return (parent.end - parent.start).norm() + std::max(parent.start_radius, parent.end_radius) +
+           tree.branches[k].start_radius;
+  };
+  std::vector<double> shares;
+  std::vector<Distance> far;
+  int farthest = -1;
+  for (const int k : kept) {
+    if (standing.parent[k] < 0) continue;
+    const double distance = gap(k);
+    shares.push_back(distance / reach(k));
+    if (shares.back() > worth_saying && distance > small_gap * size) {
+      far.push_back({distance, tree.branches[k].place});
+    }
+    if (shares.back() > not_of_a_scan && distance > large_gap * size &&
+        (farthest < 0 || distance > gap(farthest))) {
+      farthest = k;
+    }
+  }
+  if (!allow_gaps && farthest >= 0) {
+    const RawBranch& parent = tree.branches[standing.parent[farthest]];
+    throw InputError(place(tree, farthest),
+                     "starts " + rounded(gap(farthest)) + " m from its parent, " +
+                         (tree.place_is_line ? "line " : "cylinder ") + std::to_string(parent.place),
+                     "a start on its parent (do parents count otherwise, or were rows taken out?), or "
+                     "--allow-gaps to bridge it all the same");
+  }
+  if (!allow_gaps && shares.size() >= 4) {
+    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    if (*middle > not_of_most) {
+      throw InputError(tree.path,
+                       "half of the segments start more than " + rounded(100 * *middle) +
+                           " % of a parent's length away from theirs",
+                       "starts on parents (do parents count otherwise, or were rows taken out?), or "
+                       "--allow-gaps to bridge them all the same");
+    }
+  }
+  note(
+      tree.repairs, "far_from_parent", far.size(),
+      "segment starts far from its parent and is carried by a rigid arm, at " + list_distances(tree, far),
+      "segments start far from their parents and are carried by rigid arms, at " + list_distances(tree, far));
+}
+
+// Metres for what the file says in another unit.
+void scale(RawTree& tree, double unit) {
+  if (unit == 1) return;
+  for (Vec3& root : tree.roots) root *= unit;
+  for (RawBranch& branch : tree.branches) {
+    branch.start *= unit;
+    branch.end *= unit;
+    branch.start_radius *= unit;
+    branch.end_radius *= unit;
+  }
 }
 
 // Moves everything so that the base comes to the origin, where the file is really off centre: the base
@@ -277,67 +418,18 @@ void recentre(RawTree& tree, int base, const Extent& box) {
                               millimetres(shift.y()) + ", " + millimetres(shift.z()) + ") m"});
 }
 
-}  // namespace
-
-ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_rule, CarrierRule carrier,
-                        std::size_t most_visits) {
-  if (tree.branches.empty()) throw InputError(tree.path, "no branch", "at least one");
-
-  // Parents before children.
-  const int count = static_cast<int>(tree.branches.size());
-  std::vector<int> as_in_file(count);
-  std::size_t before_parent = 0;
-  for (int k = 0; k < count; ++k) {
-    as_in_file[k] = k;
-    before_parent += tree.branches[k].parent > k;
-  }
-  const std::vector<int> order =
-      parents_first(tree, as_in_file, [&](int k) { return tree.branches[k].parent; });
-  note(tree.repairs, "reordered", before_parent, "segment stood before its parent and was put after it",
-       "segments stood before their parent and were put after it");
-
-  // What has no length, and what stands twice.
-  const Extent box = extent(tree);
-  check_size(tree, box);
-  const double tolerance = same_place * (box.high - box.low).norm();
-  const Standing standing = stand_for(tree, order, tolerance);
-  note(tree.repairs, "collapsed_zero_length", standing.collapsed, "segment of zero length collapsed",
-       "segments of zero length collapsed");
-  note(tree.repairs, "dropped_duplicate", standing.dropped, "segment in the place of another dropped",
-       "segments in the place of another dropped");
-  std::vector<int> kept;
-  for (const int k : order) {
-    if (standing.branch[k] == k) kept.push_back(k);
-  }
-  if (kept.empty()) throw InputError(tree.path, "every branch has zero length", "at least one with a length");
-  check_resolution(tree, box);
-
-  // Which roots are clamped, and what happens to the pieces on the others.
-  const Pieces pieces = pieces_by_root(tree, kept, standing);
-  const int base = find_base(tree, pieces);
-  const std::vector<char> clamped = clamped_roots(tree, pieces, base, box, root_rule);
-  recentre(tree, base, box);
-  const std::vector<int> joined_to = join_loose_pieces(tree, pieces, clamped, most_visits);
-  note(tree.repairs, "joined_to_nearest",
-       static_cast<std::size_t>(
-           std::count_if(joined_to.begin(), joined_to.end(), [](int k) { return k >= 0; })),
-       "segment without parent joined to the nearest branch",
-       "segments without parent joined to the nearest branch");
-  const auto carried_by = [&](int k) {
-    return standing.parent[k] >= 0 ? standing.parent[k] : joined_to[standing.root[k]];
-  };
-  kept = parents_first(tree, kept, carried_by);
-
-  // The skeleton.
-  ImportedSkeleton imported{{}, format, {}};
-  Skeleton& skeleton = imported.skeleton;
+// The skeleton of the branches in `kept`, parents first. carried_by(k) is a branch or -1: a root.
+template <typename CarriedBy>
+Skeleton build(const RawTree& tree, const std::vector<int>& kept, const Standing& standing,
+               const std::vector<char>& clamped, CarriedBy carried_by, CarrierRule carrier, double tolerance,
+               std::vector<int>& new_index) {
+  Skeleton skeleton;
   std::vector<int> root_node(tree.roots.size(), -1);
   for (std::size_t r = 0; r < tree.roots.size(); ++r) {
     if (!clamped[r]) continue;
     root_node[r] = skeleton.root_count();
     skeleton.roots.push_back(tree.roots[r]);
   }
-  std::vector<int> new_index(tree.branches.size(), -1);
   skeleton.branches.reserve(kept.size());
   for (const int k : kept) {
     const RawBranch& raw = tree.branches[k];
@@ -363,6 +455,87 @@ ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule root_r
     new_index[k] = skeleton.branch_count();
     skeleton.branches.push_back(branch);
   }
+  return skeleton;
+}
+
+// What write_swc wrote, branch by branch.
+Skeleton as_it_stands(const RawTree& tree, const std::vector<int>& order) {
+  Standing standing;
+  std::vector<int> new_index(tree.branches.size(), -1);
+  for (std::size_t k = 0; k < tree.branches.size(); ++k) {
+    standing.parent.push_back(tree.branches[k].parent);
+    standing.root.push_back(tree.branches[k].root);
+  }
+  const std::vector<char> clamped(tree.roots.size(), 1);
+  Skeleton skeleton = build(
+      tree, order, standing, clamped, [&](int k) { return standing.parent[k]; }, CarrierRule::end, 0,
+      new_index);
+  skeleton.leaves = tree.leaves;
+  for (Leaf& leaf : skeleton.leaves) leaf.branch = new_index[leaf.branch];
+  skeleton.origin = tree.origin;
+  check_skeleton(skeleton, tree.path);
+  return skeleton;
+}
+
+}  // namespace
+
+ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule carrier,
+                        const ReadOptions& options, std::size_t most_visits) {
+  if (tree.branches.empty()) throw InputError(tree.path, "no branch", "at least one");
+  scale(tree, options.unit);
+
+  // Parents before children.
+  const int count = static_cast<int>(tree.branches.size());
+  std::vector<int> as_in_file(count);
+  std::size_t before_parent = 0;
+  for (int k = 0; k < count; ++k) {
+    as_in_file[k] = k;
+    before_parent += tree.branches[k].parent > k;
+  }
+  const std::vector<int> order =
+      parents_first(tree, as_in_file, [&](int k) { return tree.branches[k].parent; });
+  const Extent box = extent(tree);
+  check_size(tree, box);
+  if (tree.exact) return {as_it_stands(tree, order), format, {}};
+  note(tree.repairs, "reordered", before_parent, "segment stood before its parent and was put after it",
+       "segments stood before their parent and were put after it");
+
+  // What has no length, and what stands twice.
+  const double tolerance = same_place * (box.high - box.low).norm();
+  const Standing standing = stand_for(tree, order, tolerance);
+  note(tree.repairs, "collapsed_zero_length", standing.collapsed, "segment of zero length collapsed",
+       "segments of zero length collapsed");
+  note(tree.repairs, "dropped_duplicate", standing.dropped, "segment in the place of another dropped",
+       "segments in the place of another dropped");
+  std::vector<int> kept;
+  for (const int k : order) {
+    if (standing.branch[k] == k) kept.push_back(k);
+  }
+  if (kept.empty()) throw InputError(tree.path, "every branch has zero length", "at least one with a length");
+  check_resolution(tree, box);
+  check_gaps(tree, kept, standing, (box.high - box.low).maxCoeff(), options.allow_gaps);
+
+  // Which roots are clamped, and what happens to the pieces on the others.
+  const Pieces pieces = pieces_by_root(tree, kept, standing);
+  const int base = find_base(tree, pieces);
+  const std::vector<char> clamped = clamped_roots(tree, pieces, base, box);
+  const auto stems = static_cast<std::size_t>(std::count(clamped.begin(), clamped.end(), 1));
+  if (stems > 1)
+    note(tree.repairs, "several_roots", stems, "", "stems stand on the ground, each clamped at its foot");
+  recentre(tree, base, box);
+  const std::vector<Join> joins = join_loose_pieces(tree, pieces, clamped, options.allow_gaps, most_visits);
+  note_joins(tree, pieces, joins);
+  std::vector<int> joined_to(tree.roots.size(), -1);
+  for (const Join& join : joins) joined_to[join.root] = join.carrier;
+  const auto carried_by = [&](int k) {
+    return standing.parent[k] >= 0 ? standing.parent[k] : joined_to[standing.root[k]];
+  };
+  kept = parents_first(tree, kept, carried_by);
+
+  std::vector<int> new_index(tree.branches.size(), -1);
+  ImportedSkeleton imported{
+      build(tree, kept, standing, clamped, carried_by, carrier, tolerance, new_index), format, {}};
+  Skeleton& skeleton = imported.skeleton;
 
   std::size_t fallen = 0;
   for (Leaf leaf : tree.leaves) {

@@ -28,15 +28,8 @@ struct RawTree {
   std::vector<Leaf> leaves;     // Leaf::branch is an index into `branches`
   Vec3 origin = Vec3::Zero();   // what the file says was subtracted already [m]
   double resolution = 0x1p-52;  // relative spacing of the file's numbers: 2^-23 for single precision
+  bool exact = false;           // written by write_swc: it is taken as it stands
   std::vector<Repair> repairs;  // what the reader mended itself
-};
-
-// Which roots stay clamped; the branches on any other are joined to the nearest branch. The base is the
-// lowest root among the pieces that hold at least a tenth of the wood of the largest.
-enum class RootRule {
-  base,             // one tree, one root
-  near_the_ground,  // a tuft, two stems: all up to 5 % of the plant's height above the base
-  all,              // the file is known to mean them
 };
 
 // Which end of its parent carries a branch.
@@ -45,9 +38,14 @@ enum class CarrierRule {
   nearer_end,  // the end or the start, whichever is nearer to the branch's own start
 };
 
+// Roots near the ground (within 5 % of the plant's height of the base) are clamped; the branches on any other
+// are joined to the nearest branch. The base is the lowest root among the pieces that hold at least a tenth
+// of the wood of the largest. What starts farther from its carrier than a scan can explain is refused unless
+// options.allow_gaps; the bounds stand in repair.cpp.
+//
 // `most_visits`: boxes and branches looked at before joining loose pieces gives up; seconds of work, and
 // hundreds of times what real scans need.
-ImportedSkeleton repair(RawTree tree, const std::string& format, RootRule roots, CarrierRule carrier,
-                        std::size_t most_visits = 1'000'000'000);
+ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule carrier,
+                        const ReadOptions& options = {}, std::size_t most_visits = 1'000'000'000);
 
 }  // namespace tremula

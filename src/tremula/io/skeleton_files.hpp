@@ -25,18 +25,27 @@ struct PlantColors {
 
 struct ImportedSkeleton {
   Skeleton skeleton;
-  std::string format;  // "swc", "treeqsm-text", "treeqsm-mat", "simpleforest-csv"
+  // "swc", "treeqsm-text", "treeqsm-mat", "simpleforest-csv", "archi-table", "rtwig-table",
+  // "treegraph-table", "raycloud-tree"
+  std::string format;
   std::vector<Repair> repairs;
   PlantColors colors = {};
 };
 
+struct ReadOptions {
+  double unit = 1;          // length of one unit of the file [m]
+  bool allow_gaps = false;  // join what starts far from the branch that carries it, however far
+};
+
 // Throws InputError for anything that is not a usable plant (see docs/guide/inputs.md for what is repaired).
-ImportedSkeleton read_skeleton(const std::string& path);
+ImportedSkeleton read_skeleton(const std::string& path, const ReadOptions& options = {});
 
 // The same from bytes already in memory; `path` is for messages.
-ImportedSkeleton read_skeleton(std::string_view bytes, const std::string& path);
+ImportedSkeleton read_skeleton(std::string_view bytes, const std::string& path,
+                               const ReadOptions& options = {});
 
 // SWC: one sample per node, comments with units and origin; reading it back gives the same branches.
+std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors = {});
 void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors = {});
 
 }  // namespace tremula

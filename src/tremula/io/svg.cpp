@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tremula/base/error.hpp"
+#include "tremula/io/finite.hpp"
 
 namespace tremula {
 namespace {
@@ -21,6 +22,7 @@ std::string print(const char* format, Numbers... numbers) {
 }
 
 std::string pixels(double value) {
+  check_finite("plot: coordinates", value);
   std::string text = print("%.1f", value);
   if (text.ends_with(".0")) text.resize(text.size() - 2);
   if (text == "-0") text.erase(0, 1);

@@ -2,12 +2,17 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/finite.hpp"
 #include "tremula/io/id_index.hpp"
 #include "tremula/io/repair.hpp"
 #include "tremula/io/text_table.hpp"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
+#include <cmath>
+#include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -30,6 +35,36 @@ struct LeafLine {
   Leaf leaf;
   std::size_t line;
 };
+
+// Where the columns of a sample stand.
+struct SampleColumns {
+  std::size_t id = 0, type = 1, parent = 6, radius = 5;
+  std::array<std::size_t, 3> position{2, 3, 4};
+  bool has_type = true;
+  std::size_t count = 0;  // of all columns; 0: the first row tells
+  char delimiter = 0;     // 0: blanks, commas and semicolons alike
+};
+
+using Column = std::optional<std::size_t>;
+Column id_column(const TableHeader& header) {
+  return header.find({"id", "n", "index", "node", "nodeid", "sample", "sampleid"});
+}
+Column radius_column(const TableHeader& header) { return header.find({"radius", "r"}); }
+Column parent_column(const TableHeader& header) { return header.find({"parent", "pid", "parentid", "pn"}); }
+
+SampleColumns columns_by_name(const TableHeader& header) {
+  SampleColumns columns;
+  columns.id = *id_column(header);
+  columns.position = {*header.find({"x"}), *header.find({"y"}), *header.find({"z"})};
+  columns.radius = *radius_column(header);
+  columns.parent = *parent_column(header);
+  const auto type = header.find({"type", "t", "structure"});
+  columns.has_type = type.has_value();
+  columns.type = type.value_or(0);
+  columns.count = header.plain.size();
+  columns.delimiter = header.delimiter;
+  return columns;
+}
 
 struct SwcFile {
   std::vector<Sample> samples;
@@ -90,30 +125,50 @@ void parse_our_comment(const Row& row, SwcFile& file) {
   }
 }
 
+Sample parse_sample(const Row& row, const SampleColumns& columns, bool ours) {
+  constexpr const char* names[] = {"x", "y", "z"};
+  const long long type = columns.has_type ? row.integer(columns.type, "type") : 0;
+  Sample sample{row.integer(columns.id, "id"), row.integer(columns.parent, "parent"), {}, 0, row.line,
+                ours && type == type_foot};
+  for (std::size_t i = 0; i < 3; ++i)
+    sample.position[static_cast<Eigen::Index>(i)] = row.coordinate(columns.position[i], names[i]);
+  sample.radius = row.positive(columns.radius, "radius");
+  return sample;
+}
+
 SwcFile parse(std::string_view text, const std::string& path) {
   SwcFile file;
   TextLines lines{text};
+  SampleColumns columns;
   std::string_view line;
+  bool header_may_come = true;
   while (lines.next(line)) {
     if (lines.number == 1) file.ours = line.starts_with(marker);
     if (line.empty() || (line[0] == '#' && !file.ours)) continue;
-    const Fields fields = split_at_blanks(line);
-    const Row row{path, lines.number, fields};
     if (line[0] == '#') {
-      parse_our_comment(row, file);
+      const Fields fields = split_at_blanks(line);
+      parse_our_comment({path, lines.number, fields}, file);
       continue;
     }
-    if (fields.count != 7) {
+    if (std::exchange(header_may_come, false) && is_table_header(line)) {
+      const TableHeader header = parse_table_header(line);
+      if (names_samples(header)) columns = columns_by_name(header);
+      continue;
+    }
+    const std::string_view samples = line.substr(0, line.find('#'));
+    const Fields fields =
+        columns.delimiter == 0 ? split_at_blanks(samples) : split_row(samples, columns.delimiter);
+    const Row row{path, lines.number, fields};
+    if (columns.count == 0) columns.count = fields.count == 8 || fields.count == 12 ? fields.count : 7;
+    if (fields.count != columns.count) {
       throw InputError(row.place(), counted(fields.count, "column"),
-                       "the 7 of SWC: id type x y z radius parent");
+                       columns.count == 7 ? "the 7 of SWC: id type x y z radius parent"
+                                          : std::to_string(columns.count) + " as in the lines before");
     }
     if (file.samples.size() == most_branches) {
       throw InputError(row.place(), "yet another sample", "at most " + std::to_string(most_branches));
     }
-    constexpr const char* names[] = {"x", "y", "z"};
-    const long long type = row.integer(1, "type");
-    file.samples.push_back({row.integer(0, "id"), row.integer(6, "parent"), point(row, 2, names),
-                            row.positive(5, "radius"), row.line, file.ours && type == type_foot});
+    file.samples.push_back(parse_sample(row, columns, file.ours));
   }
   return file;
 }
@@ -131,11 +186,12 @@ RawTree to_branches(const SwcFile& file, const std::string& path) {
   const int count = static_cast<int>(samples.size());
   const auto place = [&](const Sample& sample) { return path + ":" + std::to_string(sample.line); };
 
+  const bool zero_is_none = index.find(0) < 0;
   std::vector<int> parent(count, -1);
   std::vector<char> has_children(count, 0);
   for (int i = 0; i < count; ++i) {
     const Sample& sample = samples[i];
-    if (sample.parent == -1) {
+    if (sample.parent == -1 || (sample.parent == 0 && zero_is_none)) {
       if (sample.is_foot) throw InputError(place(sample), "a foot (type 16) without parent", "a parent");
       continue;
     }
@@ -161,7 +217,7 @@ RawTree to_branches(const SwcFile& file, const std::string& path) {
     if (samples[i].is_foot) continue;
     if (parent[i] >= 0) {
       branch[i] = branch_count++;
-    } else if (has_children[i]) {
+    } else if (has_children[i] || file.ours) {
       root[i] = static_cast<int>(tree.roots.size());
       tree.roots.push_back(samples[i].position);
     } else {
@@ -216,16 +272,35 @@ void append_sample(std::string& out, int id, SampleType type, const Vec3& positi
 
 }  // namespace
 
-ImportedSkeleton read_swc(std::string_view text, const std::string& path) {
+bool names_samples(const TableHeader& header) {
+  return id_column(header) && header.find({"x"}) && header.find({"y"}) && header.find({"z"}) &&
+         radius_column(header) && parent_column(header);
+}
+
+bool is_sample(const Fields& fields) {
+  if (fields.count != 7 && fields.count != 8 && fields.count != 12) return false;
+  int whole = 0;
+  for (const std::size_t column : {0, 1, 6}) {
+    double value;
+    whole += !parse_number(fields.at[column], value) || value == std::floor(value);
+  }
+  return whole >= 2;  // one that is not is an error in a sample; more, and it is another table
+}
+
+ImportedSkeleton read_swc(std::string_view text, const std::string& path, const ReadOptions& options) {
   const SwcFile file = parse(text, path);
-  ImportedSkeleton imported = repair(to_branches(file, path), "swc",
-                                     file.ours ? RootRule::all : RootRule::near_the_ground, CarrierRule::end);
+  if (file.ours && options.unit != 1) {
+    throw InputError(path, "a file of tremula, which is in metres", "no other unit");
+  }
+  RawTree tree = to_branches(file, path);
+  tree.exact = file.ours;
+  ImportedSkeleton imported = repair(std::move(tree), "swc", CarrierRule::end, options);
   imported.colors = file.colors;
   return imported;
 }
 
-void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors) {
-  check_skeleton(skeleton, path);
+std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors) {
+  check_skeleton(skeleton, "SWC file");
   std::string out(marker);
   out +=
       " skeleton\n"
@@ -237,6 +312,7 @@ void write_swc(const Skeleton& skeleton, const std::string& path, const PlantCol
   out += '\n';
   const auto append_color = [&](const char* name, const std::optional<Eigen::Vector3f>& value) {
     if (!value) return;
+    check_finite(name, std::span<const float>(value->data(), 3));
     out += name;
     append(out, Vec3(value->cast<double>()));
     out += '\n';
@@ -254,7 +330,7 @@ void write_swc(const Skeleton& skeleton, const std::string& path, const PlantCol
   }
   int samples = 0;
   for (int node = 0; node < skeleton.root_count(); ++node) {
-    if (radius[node] == 0) continue;  // nothing stands on it
+    if (radius[node] == 0) radius[node] = skeleton.branches[0].start_radius;  // nothing stands on it
     id[node] = ++samples;
     append_sample(out, id[node], type_root, skeleton.roots[node], radius[node], -1);
   }
@@ -280,7 +356,11 @@ void write_swc(const Skeleton& skeleton, const std::string& path, const PlantCol
     for (const double size : {leaf.length, leaf.width, leaf.area, leaf.mass}) append(out, size);
     out += '\n';
   }
-  write_file_atomically(path, out);
+  return out;
+}
+
+void write_swc(const Skeleton& skeleton, const std::string& path, const PlantColors& colors) {
+  write_file_atomically(path, encode_swc(skeleton, colors));
 }
 
 }  // namespace tremula

@@ -11,17 +11,25 @@
 //    three numbers each, then length width area mass), and colours (`# bark_color`, `# leaf_color`, sRGB
 //    0-1).
 // Both are understood only in files whose first line starts with "# tremula": elsewhere type 16 and those
-// comments may mean anything.
+// comments may mean anything. Such a file is read as it stands: nothing in it is mended.
+//
+// Of other programs' files: a line of names may stand above the samples, with or without #; without, columns
+// are found by it. Rows may have 8 or 12 columns (eswc), of which the first seven count, and end in a
+// comment. A parent of 0 is none where no sample has the id 0.
 #pragma once
 
 #include "tremula/io/skeleton_files.hpp"
+#include "tremula/io/table_header.hpp"
 
 #include <string>
 #include <string_view>
 
 namespace tremula {
 
+bool names_samples(const TableHeader& header);
+bool is_sample(const Fields& fields);  // 7, 8 or 12 columns, the id, the type and the parent whole numbers
+
 // `path` is for messages. write_swc is declared in skeleton_files.hpp.
-ImportedSkeleton read_swc(std::string_view text, const std::string& path);
+ImportedSkeleton read_swc(std::string_view text, const std::string& path, const ReadOptions& options = {});
 
 }  // namespace tremula

@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/finite.hpp"
 #include "tremula/wind/check_field.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <cstdio>
 #include <cstring>
 #include <limits>
+#include <span>
 
 namespace tremula {
 namespace {
@@ -89,13 +91,17 @@ void append(std::string& bytes, T value) {
 }
 
 std::string header_bytes(const TurbSimFile& file) {
+  const std::array<float, 6> numbers{file.z_spacing, file.y_spacing,  file.step,
+                                     file.hub_speed, file.hub_height, file.bottom};
+  for (const std::span<const float> each :
+       {std::span<const float>(numbers), std::span<const float>(file.slope),
+        std::span<const float>(file.offset)})
+    check_finite("TurbSim file: header", each);
   std::string bytes;
   append(bytes, file.periodic ? id_of_a_loop : id_of_one_run);
   for (const std::int32_t count : {file.z_count, file.y_count, file.tower_count, file.step_count})
     append(bytes, count);
-  for (const float number :
-       {file.z_spacing, file.y_spacing, file.step, file.hub_speed, file.hub_height, file.bottom})
-    append(bytes, number);
+  for (const float number : numbers) append(bytes, number);
   for (std::size_t c = 0; c < 3; ++c) {
     append(bytes, file.slope[c]);
     append(bytes, file.offset[c]);
@@ -285,7 +291,7 @@ void write_turbsim(const std::string& path, const TurbSimFile& file) {
   out.commit();
 }
 
-void write_turbsim(const std::string& path, const WindField& field, std::string_view text) {
+void write_turbsim(AtomicFile& out, const WindField& field, std::string_view text) {
   check_wind_field(field);
   const WindGrid& grid = field.grid;
   TurbSimFile file{.periodic = grid.periodic,
@@ -312,7 +318,6 @@ void write_turbsim(const std::string& path, const WindField& field, std::string_
                     per_step = points + towers, steps = static_cast<std::size_t>(grid.step_count),
                     block = std::clamp<std::size_t>(16384 / per_step, 1, steps);
   std::vector<std::int16_t> together(3 * per_step * block), one(std::max(points * block, towers));
-  AtomicFile out(path);
   out.write(header_bytes(file));
   for (std::size_t first = 0; first < steps; first += block) {
     const std::size_t count = std::min(block, steps - first);
@@ -331,6 +336,11 @@ void write_turbsim(const std::string& path, const WindField& field, std::string_
     }
     out.write(bytes_of(together.data(), 3 * per_step * count));
   }
+}
+
+void write_turbsim(const std::string& path, const WindField& field, std::string_view text) {
+  AtomicFile out(path);
+  write_turbsim(out, field, text);
   out.commit();
 }
 

@@ -16,6 +16,8 @@
 
 namespace tremula {
 
+class AtomicFile;
+
 // A file as it stands: written again, it has the same bytes.
 struct TurbSimFile {
   bool periodic = true;  // id 8, else 7
@@ -50,5 +52,7 @@ void write_turbsim(const std::string& path, const TurbSimFile& file);
 // file cannot be written.
 void write_turbsim(const std::string& path, const WindField& field,
                    std::string_view text = "Wind field written by tremula.");
+// Into a file that the caller commits.
+void write_turbsim(AtomicFile& out, const WindField& field, std::string_view text);
 
 }  // namespace tremula

@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/finite.hpp"
 #include "tremula/wind/check_field.hpp"
 
 #include <bit>
@@ -23,8 +24,10 @@ std::string print(const char* format, Numbers... numbers) {
 
 }  // namespace
 
-void write_vti(const std::string& path, const WindField& field, const VtiOptions& options) {
+void write_vti(AtomicFile& out, const WindField& field, const VtiOptions& options) {
   check_wind_field(field);
+  for (const std::vector<float>& component : field.velocity)
+    check_finite("wind field: velocities", component);
   const WindGrid& grid = field.grid;
   const int most = grid.step_count - options.first_step,
             count = options.step_count == 0 ? most : options.step_count;
@@ -42,7 +45,6 @@ void write_vti(const std::string& path, const WindField& field, const VtiOptions
   const auto spacing = [](int points, double value) { return points > 1 ? value : 1.0; };
   const std::string extent = print("0 %d 0 %d 0 %d", count - 1, grid.y_count - 1, grid.z_count - 1);
   const auto points = static_cast<std::uint64_t>(count) * grid.point_count();
-  AtomicFile out(path);
   out.write(
       "<?xml version=\"1.0\"?>\n"
       "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
@@ -72,6 +74,11 @@ void write_vti(const std::string& path, const WindField& field, const VtiOptions
     out.write({reinterpret_cast<const char*>(row.data()), row.size() * sizeof(float)});
   }
   out.write("\n  </AppendedData>\n</VTKFile>\n");
+}
+
+void write_vti(const std::string& path, const WindField& field, const VtiOptions& options) {
+  AtomicFile out(path);
+  write_vti(out, field, options);
   out.commit();
 }
 

@@ -71,6 +71,13 @@ std::string profiles(const WindReport& report) {
   mean.series.push_back(
       measured("", 0, by_row(statistics, [](const RowStatistics& row) { return row.mean[0]; }), heights));
   mean.series.push_back(target(0, report.targets.mean.y, report.targets.mean.x));
+  const std::vector<double>& across = report.targets.mean_across.y;
+  if (std::any_of(across.begin(), across.end(), [](double speed) { return speed != 0; })) {
+    mean.series.front().name = "u";
+    mean.series.push_back(
+        measured("v", 1, by_row(statistics, [](const RowStatistics& row) { return row.mean[1]; }), heights));
+    mean.series.push_back(target(1, across, report.targets.mean_across.x));
+  }
   for (std::size_t c = 0; c < 3; ++c) {
     deviation.series.push_back(
         measured(component_names[c], c,
@@ -79,6 +86,7 @@ std::string profiles(const WindReport& report) {
   }
   covariance.series.push_back(measured(
       "", 0, by_row(statistics, [](const RowStatistics& row) { return row.covariance_uw; }), heights));
+  covariance.series.push_back(target(0, report.targets.covariance.y, report.targets.covariance.x));
   return panel(0, 0, mean, "m/s", "height [m]", false, false) +
          panel(1, 0, deviation, "m/s", "height [m]", false, false) +
          panel(2, 0, covariance, "m²/s²", "height [m]", false, false);

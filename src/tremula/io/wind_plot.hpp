@@ -27,9 +27,14 @@ struct WindTargets {
     Curve curve;  // frequency [Hz], root-coherence
   };
   Curve mean;                             // height [m], along-wind mean [m/s]
+  Curve mean_across = {};                 // the same of v: of a wind that veers
+  Curve covariance = {};                  // height [m], of u and w [m^2/s^2]
   std::array<Curve, 3> deviation = {};    // height [m], standard deviation [m/s]
   std::vector<Spectrum> spectra = {};     // drawn where the row is one of the three that are shown
   std::vector<Coherence> coherence = {};  // drawn where the separation is one of those shown
+  // Of the model's variances of u, v, w the part in the bins that a loop of the field's length has, at the
+  // hub; 0: not known.
+  std::array<double, 3> resolved_share = {};
 };
 
 struct WindReport {

@@ -1,10 +1,14 @@
 #include "tremula/modes/inertia.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include "tremula/base/error.hpp"
+#include "tremula/structure/element_blocks.hpp"
+
+#include <numeric>
+#include <string>
 #include <vector>
 
-#include "tremula/structure/element_blocks.hpp"
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 
 namespace tremula {
 namespace {
@@ -17,12 +21,15 @@ int negative_count(const Mat6& pivot) {
 
 }  // namespace
 
-int count_modes_below(const Structure& structure, double omega) {
+std::vector<int> negative_pivots(const Structure& structure, double omega) {
+  if (!(omega >= 0 && omega <= 1e140)) {
+    throw InputError("omega", std::to_string(omega), "0 to 1e140 rad/s");
+  }
   const double minus_square = -omega * omega;
   // What hangs on the end of each branch, as a dynamic stiffness there; filled by its children before it is
   // read.
   std::vector<Mat6> carried(structure.parent.size(), Mat6::Zero());
-  int count = 0;
+  std::vector<int> counts(structure.parent.size());
   for (int k = structure.branch_count() - 1; k >= 0; --k) {
     const auto index = static_cast<std::size_t>(k);
     const Vec3& direction = structure.direction[index];
@@ -30,7 +37,7 @@ int count_modes_below(const Structure& structure, double omega) {
     const Mat6 end = minus_square * mass.end + carried[index];
     const Mat6 root = compliance_root(structure.compliances[index], direction);
     const Mat6 pivot = Mat6::Identity() + root.transpose() * end * root;
-    count += negative_count(pivot);
+    counts[index] = negative_count(pivot);
 
     const int parent = structure.parent[index];
     if (parent < 0) continue;
@@ -45,7 +52,12 @@ int count_modes_below(const Structure& structure, double omega) {
     const Mat6 to_node = rigid_carry(structure.start_arm[index]);
     carried[static_cast<std::size_t>(parent)] += to_node.transpose() * at_start * to_node;
   }
-  return count;
+  return counts;
+}
+
+int count_modes_below(const Structure& structure, double omega) {
+  const std::vector<int> counts = negative_pivots(structure, omega);
+  return std::accumulate(counts.begin(), counts.end(), 0);
 }
 
 }  // namespace tremula

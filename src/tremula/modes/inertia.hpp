@@ -4,6 +4,8 @@
 
 #include "tremula/structure/structure.hpp"
 
+#include <vector>
+
 namespace tremula {
 
 // The number of eigenvalues of K q = omega^2 M q below omega^2 (omega [rad/s] >= 0).
@@ -14,5 +16,9 @@ namespace tremula {
 // of large stiffnesses in which an assembled K - omega^2 M loses its digits: with C = S S^T the pivot has the
 // inertia of I + S^T N S. Cost O(N).
 int count_modes_below(const Structure& structure, double omega);
+
+// The same sum, branch by branch: what its pivot counts. Added up over what stands on a root by itself
+// (independent_parts), it is the number of modes of that. (N)
+std::vector<int> negative_pivots(const Structure& structure, double omega);
 
 }  // namespace tremula

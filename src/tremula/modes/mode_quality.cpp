@@ -1,5 +1,6 @@
 #include "tremula/modes/mode_quality.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/geometry/axes.hpp"
 #include "tremula/structure/element_blocks.hpp"
 
@@ -89,6 +90,10 @@ std::vector<bool> trunk_branches(const Skeleton& skeleton) {
 }
 
 ModeQuality assess_modes(const Structure& structure, const Modes& modes, const std::vector<bool>& trunk) {
+  check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
+  check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
+  check_equal("branches that are trunk or not", static_cast<std::ptrdiff_t>(trunk.size()),
+              structure.branch_count());
   ModeQuality quality;
   const Eigen::MatrixX3d forces = rigid_translation_forces(structure, quality.total_mass);
   quality.participation = modes.shapes.transpose() * forces;

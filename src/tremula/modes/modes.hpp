@@ -17,8 +17,12 @@ struct Modes {
   Eigen::VectorXd residual;     // (m) |A s - s/omega^2| omega^2 of the unit vector s, compliance form [-]
   Eigen::VectorXd error_bound;  // (m) bound of the relative error of the frequency [-]
   int operator_count = 0;       // how often the compliance operator was applied
-  int count_below = 0;       // modes found below a frequency just above the last (its duplicates count too)
-  int count_by_inertia = 0;  // modes there are below it, by the inertia of K - omega^2 M
+  // Modes found, and modes there are by the inertia of K - omega^2 M, below a frequency just above the last;
+  // where equal modes are left out, just below those.
+  int count_below = 0, count_by_inertia = 0;
+  // Where the list ends among equal modes: how many modes there are at the last frequency, to 1 part in 1e8,
+  // and how many of those it leaves out. Which ones it has, is chance.
+  int equal_to_last = 0, equal_left_out = 0;
   double check_seconds = 0;  // what the inertia, and the search for what it found missing, took [s]
 
   int count() const { return static_cast<int>(frequency.size()); }

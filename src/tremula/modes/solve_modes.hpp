@@ -19,7 +19,8 @@ struct ModeOptions {
   int count = 40;  // how many of the lowest modes, 1 … 6N; `all_modes` for every one
   ModeMethod method = ModeMethod::automatic;
   double tolerance = 1e-10;  // of the iterative method: relative residual of omega^-2; at most 1e-6
-  // For the vectors of the search; where they do not fit, it takes longer (restarts). [bytes]
+  // For the vectors of the search; where they do not fit, it takes longer (restarts). The dense method takes
+  // two matrices of all modes, and cannot do with less. [bytes]
   std::size_t memory_limit = std::numeric_limits<std::size_t>::max();
   std::function<void(double done)> progress = {};  // 0 … 1; throw to cancel
 };
@@ -27,8 +28,11 @@ inline constexpr int all_modes = -1;
 
 // The lowest modes, none missing: their number is checked against count_modes_below (inertia.hpp), and the
 // search goes on until both agree. Throws InputError when count is 0, below 0 (but for all_modes) or larger
-// than 6N or the memory limit is too small, Error when the iteration does not converge or the counts cannot
-// be made to agree.
+// than 6N or the memory limit is too small, Error when the machine has not the memory that the work takes,
+// the iteration does not converge or the counts cannot be made to agree.
+//
+// Stems that stand on the ground by themselves are problems of their own and are solved one by one. Where the
+// list ends among equal modes, it has as many of them as make up the count (Modes::equal_left_out).
 Modes solve_modes(const Structure& structure, const ModeOptions& options = {});
 
 // All modes below a frequency [Hz] > 0: as many as count_modes_below says. Throws InputError where there is

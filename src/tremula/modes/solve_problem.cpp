@@ -1,6 +1,8 @@
 #include "tremula/modes/solve_problem.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/memory.hpp"
+#include "tremula/numerics/block_lanczos.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -23,31 +25,52 @@ struct Eigenpairs {
   int operator_count;
 };
 
-Eigenpairs solve_dense(const EigenProblem& problem) {
+// Holds two matrices of all modes at a time, the form and what becomes its vectors (dense_memory).
+Eigenpairs solve_dense(const EigenProblem& problem, int count) {
   const Eigen::Index size = problem.size;
-  Eigen::MatrixXd form(size, size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    problem.apply(Eigen::VectorXd::Unit(size, i), form.col(i));
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  {
+    Eigen::MatrixXd form(size, size);
+    for (Eigen::Index i = 0; i < size; ++i) problem.apply(Eigen::VectorXd::Unit(size, i), form.col(i));
+    for (Eigen::Index i = 0; i < size; ++i) {  // the solver reads what is below the diagonal
+      for (Eigen::Index j = i + 1; j < size; ++j) form(j, i) = 0.5 * (form(j, i) + form(i, j));
+    }
+    solver.compute(form);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (form + form.transpose()));
   if (solver.info() != Eigen::Success) throw Error("modes: the dense eigenvalue solver did not converge");
-  return {solver.eigenvalues().reverse(), solver.eigenvectors().rowwise().reverse(), static_cast<int>(size)};
+  // What is smaller than this is rounding, and may be below 0.
+  const double least = 1e-32 * solver.eigenvalues()[size - 1];
+  return {solver.eigenvalues().reverse().cwiseMax(least),
+          solver.eigenvectors().rightCols(count).rowwise().reverse(), static_cast<int>(size)};
 }
 
 // A looser tolerance would leave the eigenvalues too uncertain to be counted.
 double effective_tolerance(const ModeOptions& options) { return std::min(options.tolerance, 1e-6); }
 
-Eigenpairs search(const EigenProblem& problem, int count, std::uint64_t attempt, const ModeOptions& options,
-                  const Eigen::MatrixXd& found) {
+// By one vector at a time: finds single eigenvalues with the fewest steps. Gives what it is sure of.
+Eigenpairs search(const EigenProblem& problem, int count, const ModeOptions& options) {
   LanczosResult result = largest_eigenpairs(problem.apply, problem.size,
                                             {.count = count,
                                              .tolerance = effective_tolerance(options),
                                              .memory_limit = options.memory_limit,
-                                             .start = attempt,
-                                             .progress = options.progress},
-                                            found);
+                                             .start = 0,
+                                             .progress = options.progress});
+  return {std::move(result.values), std::move(result.vectors), result.operator_count};
+}
+
+// By blocks, at right angles to what was found: finds what the first search passed by.
+Eigenpairs search_more(const EigenProblem& problem, int count, std::uint64_t attempt,
+                       const ModeOptions& options, const Eigen::MatrixXd& found) {
+  LanczosResult result = largest_eigenpairs_in_blocks(problem.apply, problem.size,
+                                                      {.count = count,
+                                                       .tolerance = effective_tolerance(options),
+                                                       .memory_limit = options.memory_limit,
+                                                       .start = attempt,
+                                                       .progress = options.progress},
+                                                      found);
   if (!result.converged) {
-    throw Error("modes: the search for " + std::to_string(count) + " modes did not converge in " +
+    throw Error("modes: the search for " + std::to_string(count) + " more modes than " +
+                std::to_string(found.cols()) + " did not converge in " +
                 std::to_string(result.operator_count) + " steps; ask for fewer modes or a larger tolerance");
   }
   return {std::move(result.values), std::move(result.vectors), result.operator_count};
@@ -76,26 +99,33 @@ void merge(Eigenpairs& pairs, const Eigenpairs& more) {
   pairs = std::move(merged);
 }
 
-// Just above the frequency of the given eigenvalue: far enough for its own error, near enough for its
-// neighbours.
-double omega_just_above(double value, const ModeOptions& options) {
-  return (1 + std::max(1e-8, 10 * effective_tolerance(options))) / std::sqrt(value);
+Census census_of(const EigenProblem& problem, const Eigenpairs& pairs, int count,
+                 const ModeOptions& options) {
+  return take_census(problem.count_below, pairs.values, count, equal_within(options));
 }
 
-int count_found_below(const Eigenpairs& pairs, double omega) {
-  return static_cast<int>((pairs.values.array() > 1 / (omega * omega)).count());
+// Rayleigh-Ritz: a search at right angles to vectors that have errors takes these errors over, and they are
+// large beside a small eigenvalue. In the space of all of them they go away again.
+void settle(const EigenProblem& problem, Eigenpairs& pairs) {
+  Eigen::MatrixXd image(pairs.vectors.rows(), pairs.vectors.cols());
+  for (Eigen::Index r = 0; r < image.cols(); ++r) problem.apply(pairs.vectors.col(r), image.col(r));
+  // Of two searches with few digits to spare, the vectors are not quite at right angles.
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+      pairs.vectors.transpose() * image, pairs.vectors.transpose() * pairs.vectors);
+  image.noalias() = pairs.vectors * solver.eigenvectors().rowwise().reverse();
+  pairs.vectors.swap(image);
+  pairs.values = solver.eigenvalues().reverse();
+  pairs.operator_count += static_cast<int>(image.cols());
 }
 
-struct Counts {
-  int found, by_inertia;
-};
-
-Counts complete(const EigenProblem& problem, int count, const ModeOptions& options, Eigenpairs& pairs) {
-  for (std::uint64_t attempt = 1; attempt <= 20; ++attempt) {
-    const double omega = omega_just_above(pairs.values[count - 1], options);
-    const Counts counts{count_found_below(pairs, omega), problem.count_below(omega)};
-    if (counts.by_inertia <= counts.found) return counts;
-    merge(pairs, search(problem, counts.by_inertia - counts.found, attempt, options, pairs.vectors));
+// Searches for what is missing until nothing is.
+Census complete(const EigenProblem& problem, int count, const ModeOptions& options, Eigenpairs& pairs) {
+  for (std::uint64_t attempt = 1; attempt <= 50; ++attempt) {
+    Census census{.missing = count - static_cast<int>(pairs.values.size())};
+    if (census.missing <= 0) census = census_of(problem, pairs, count, options);
+    if (census.missing == 0) return census;
+    merge(pairs, search_more(problem, census.missing, attempt, options, pairs.vectors));
+    settle(problem, pairs);
   }
   throw Error("modes: some of the " + std::to_string(count) +
               " lowest modes could not be found; ask for more or fewer modes");
@@ -113,7 +143,9 @@ Modes as_modes(const EigenProblem& problem, Eigenpairs& pairs, int count) {
     const auto s = pairs.vectors.col(r);
     // Rayleigh's quotient: its error is of the order of the residual's square.
     const double value = problem.apply(s, image) / s.squaredNorm();
-    if (!(value > 0)) throw Error("modes: a mode is too stiff to be resolved; ask for fewer modes");
+    if (!(value > 0 && std::isfinite(value))) {
+      throw Error("modes: a mode is too stiff to be resolved; ask for fewer modes");
+    }
     const double omega = 1 / std::sqrt(value);
     modes.frequency[r] = omega / (2 * std::numbers::pi);
     modes.residual[r] = (image - value * s).norm() / (value * s.norm());
@@ -131,21 +163,14 @@ std::size_t bytes_of(Eigen::Index rows, Eigen::Index columns) {
   return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns) * sizeof(double);
 }
 
-// The shapes, and the vectors they are made from.
-void check_memory(const EigenProblem& problem, int count, const ModeOptions& options) {
-  const std::size_t least =
-      std::max(bytes_of(problem.size, 2 * count), lanczos_memory(problem.size, count).least);
-  if (options.memory_limit < least) {
-    throw InputError("memory limit",
-                     std::to_string(options.memory_limit / 1000000) + " MB for " + std::to_string(count) +
-                         " modes of " + std::to_string(problem.degrees_of_freedom) + " degrees of freedom",
-                     "at least " + std::to_string(least / 1000000 + 1) + " MB, or fewer modes");
-  }
-}
+std::string megabytes(std::size_t bytes) { return std::to_string(bytes / 1000000 + 1) + " MB"; }
 
 }  // namespace
 
 int mode_count(const ModeOptions& options, Eigen::Index degrees_of_freedom, const std::string& explanation) {
+  if (!(options.tolerance > 0)) {
+    throw InputError("tolerance", std::to_string(options.tolerance), "a number above 0");
+  }
   const auto size = static_cast<int>(degrees_of_freedom);
   const int count = options.count == all_modes ? size : options.count;
   if (count < 1 || count > size) {
@@ -155,26 +180,57 @@ int mode_count(const ModeOptions& options, Eigen::Index degrees_of_freedom, cons
   return count;
 }
 
+double equal_within(const ModeOptions& options) { return std::max(1e-8, 10 * effective_tolerance(options)); }
+
 bool dense_is_better(const ModeOptions& options, Eigen::Index degrees_of_freedom, int count) {
   return options.method == ModeMethod::dense ||
          (options.method == ModeMethod::automatic && 2 * count >= degrees_of_freedom);
 }
 
-Modes solve_problem(const EigenProblem& problem, int count, bool dense, const ModeOptions& options) {
-  if (!dense) check_memory(problem, count, options);
-  Eigenpairs pairs = dense ? solve_dense(problem) : search(problem, count, 0, options, {});
-  const auto begun = Clock::now();
-  Counts counts{};
+void keep_census(const Census& census, Modes& modes) {
+  modes.count_below = census.found;
+  modes.count_by_inertia = census.by_inertia;
+  modes.equal_to_last = census.equal_to_last;
+  modes.equal_left_out = census.equal_left_out;
+}
+
+ModeMemory mode_memory(Eigen::Index size, int count, bool dense) {
+  const std::size_t vectors_and_shapes = bytes_of(size, 2 * count);
   if (dense) {
-    const double omega = omega_just_above(pairs.values[count - 1], options);
-    counts = {count_found_below(pairs, omega), problem.count_below(omega)};
-  } else {
-    counts = complete(problem, count, options, pairs);
+    const std::size_t two_matrices = std::max(bytes_of(size, 2 * size), vectors_and_shapes);
+    return {two_matrices, two_matrices};
   }
+  const LanczosMemory basis = lanczos_memory(size, count);
+  return {std::max(vectors_and_shapes, basis.likely), std::max(vectors_and_shapes, basis.least)};
+}
+
+void check_memory(const ModeMemory& memory, int count, Eigen::Index degrees_of_freedom,
+                  const ModeOptions& options) {
+  const std::string what =
+      std::to_string(count) + " modes of " + std::to_string(degrees_of_freedom) + " degrees of freedom";
+  if (options.memory_limit < memory.least) {
+    throw InputError("memory limit", std::to_string(options.memory_limit / 1000000) + " MB for " + what,
+                     "at least " + megabytes(memory.least) + ", or fewer modes");
+  }
+  const std::size_t needed = std::min(options.memory_limit, memory.likely);
+  if (needed < 100'000'000) return;  // to ask takes longer than small structures do
+  const std::uint64_t available = available_memory();
+  if (needed <= available) return;
+  throw Error("modes: " + what + " take " + megabytes(needed) + " of memory, of which the machine has " +
+              megabytes(available) + " left; ask for fewer modes" +
+              (memory.least < available ? " or limit the memory to " + megabytes(memory.least) + " or more"
+                                        : std::string()));
+}
+
+Modes solve_problem(const EigenProblem& problem, int count, bool dense, const ModeOptions& options) {
+  check_memory(mode_memory(problem.size, count, dense), count, problem.degrees_of_freedom, options);
+  Eigenpairs pairs = dense ? solve_dense(problem, count) : search(problem, count, options);
+  const auto begun = Clock::now();
+  const Census census =
+      dense ? census_of(problem, pairs, count, options) : complete(problem, count, options, pairs);
   const double check_seconds = std::chrono::duration<double>(Clock::now() - begun).count();
   Modes modes = as_modes(problem, pairs, count);
-  modes.count_below = counts.found;
-  modes.count_by_inertia = counts.by_inertia;
+  keep_census(census, modes);
   modes.check_seconds = check_seconds;
   return modes;
 }

@@ -1,5 +1,7 @@
 #include "tremula/numerics/fft.hpp"
 
+#include "tremula/base/check.hpp"
+
 #include <algorithm>
 #include <complex>
 #include <mutex>
@@ -20,6 +22,8 @@ namespace tremula {
 #ifdef TREMULA_FFT_kissfft
 
 Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, int sample_count) {
+  check_at_least("samples of a series", sample_count, 1);
+  check_equal("bins of the half spectra", half_spectra.rows(), sample_count / 2 + 1);
   const auto count = static_cast<std::size_t>(sample_count);
   kissfft<double> transform(count, true);
   std::vector<std::complex<double>> spectrum(count), series(count);
@@ -38,6 +42,7 @@ Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, 
 }
 
 Eigen::MatrixXcd half_spectra_from_samples(const Eigen::MatrixXd& samples) {
+  check_at_least("samples of a series", samples.rows(), 1);
   const auto count = static_cast<std::size_t>(samples.rows());
   kissfft<double> transform(count, false);
   std::vector<std::complex<double>> series(count), spectrum(count);
@@ -110,18 +115,19 @@ class Line {
 
 struct RealSeries::Plan {
   Line transform;
+  int batch;
 };
 
 RealSeries::RealSeries(int sample_count, int batch)
-    : sample_count_(sample_count), batch_(batch), plan_(new Plan{Line(sample_count)}) {}
+    : sample_count_(sample_count), plan_(new Plan{Line(sample_count), batch}) {}
 
 void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
   const int count = sample_count_;
   Line transform = plan_->transform;
   std::vector<std::complex<float>> both(static_cast<std::size_t>(count)), series(both.size());
   // Two real series at a time, as real and imaginary part of one complex series.
-  for (int b = 0; b < batch_; b += 2) {
-    const bool alone = b + 1 == batch_;
+  for (int b = 0; b < plan_->batch; b += 2) {
+    const bool alone = b + 1 == plan_->batch;
     const std::complex<float>* first = half_spectra + static_cast<std::ptrdiff_t>(b) * bin_count();
     const std::complex<float>* second = alone ? first : first + bin_count();
     const std::complex<float> i(0, 1);
@@ -146,16 +152,17 @@ void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
 
 struct PlaneSeries::Plan {
   Line along_column, along_row;
+  int kept_rows;
 
-  void sum(std::complex<float>* plane, int rows, int columns, int kept_rows, int pitch) const {
+  void sum(std::complex<float>* plane, int rows, int columns, int wanted_rows, int pitch) const {
     Line of_column = along_column, of_row = along_row;
     std::vector<std::complex<float>> in(static_cast<std::size_t>(std::max(rows, columns))), out(in.size());
     for (int c = 0; c < columns; ++c) {
       for (int r = 0; r < rows; ++r) in[static_cast<std::size_t>(r)] = plane[r * pitch + c];
       of_column.sum(in.data(), out.data());
-      for (int r = 0; r < kept_rows; ++r) plane[r * pitch + c] = out[static_cast<std::size_t>(r)];
+      for (int r = 0; r < wanted_rows; ++r) plane[r * pitch + c] = out[static_cast<std::size_t>(r)];
     }
-    for (int r = 0; r < kept_rows; ++r) {
+    for (int r = 0; r < wanted_rows; ++r) {
       std::copy_n(plane + r * pitch, columns, in.data());
       of_row.sum(in.data(), plane + r * pitch);
     }
@@ -163,14 +170,14 @@ struct PlaneSeries::Plan {
 };
 
 PlaneSeries::PlaneSeries(int rows, int columns, int kept_rows)
-    : rows_(rows), columns_(columns), kept_rows_(kept_rows), plan_(new Plan{Line(rows), Line(columns)}) {}
+    : rows_(rows), columns_(columns), plan_(new Plan{Line(rows), Line(columns), kept_rows}) {}
 
 void PlaneSeries::sum(std::complex<float>* plane) const {
   plan_->sum(plane, rows_, columns_, rows_, pitch());
 }
 
 void PlaneSeries::sum_kept(std::complex<float>* plane) const {
-  plan_->sum(plane, rows_, columns_, kept_rows_, pitch());
+  plan_->sum(plane, rows_, columns_, plan_->kept_rows, pitch());
 }
 
 #else
@@ -180,6 +187,8 @@ std::mutex planner;  // FFTW plans may run side by side but not be made so
 }
 
 Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, int sample_count) {
+  check_at_least("samples of a series", sample_count, 1);
+  check_equal("bins of the half spectra", half_spectra.rows(), sample_count / 2 + 1);
   Eigen::MatrixXcd spectra = half_spectra;  // FFTW overwrites its input
   Eigen::MatrixXd samples(sample_count, spectra.cols());
   auto* in = reinterpret_cast<fftw_complex*>(spectra.data());
@@ -196,6 +205,7 @@ Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, 
 }
 
 Eigen::MatrixXcd half_spectra_from_samples(const Eigen::MatrixXd& samples) {
+  check_at_least("samples of a series", samples.rows(), 1);
   Eigen::MatrixXd series = samples;
   const int count = static_cast<int>(series.rows()), columns = static_cast<int>(series.cols());
   Eigen::MatrixXcd spectra(count / 2 + 1, columns);
@@ -229,7 +239,7 @@ fftwf_complex* of_fftw(std::complex<float>* values) { return reinterpret_cast<ff
 
 struct RealSeries::Plan : FloatPlan {};
 
-RealSeries::RealSeries(int sample_count, int batch) : sample_count_(sample_count), batch_(batch) {
+RealSeries::RealSeries(int sample_count, int batch) : sample_count_(sample_count) {
   auto plan = std::make_unique<Plan>();
   FftArray<std::complex<float>> in(static_cast<std::size_t>(batch) * static_cast<std::size_t>(bin_count()));
   FftArray<float> out(static_cast<std::size_t>(batch) * static_cast<std::size_t>(pitch()));
@@ -247,8 +257,7 @@ struct PlaneSeries::Plan {
   FloatPlan along_columns, along_rows, along_kept_rows;
 };
 
-PlaneSeries::PlaneSeries(int rows, int columns, int kept_rows)
-    : rows_(rows), columns_(columns), kept_rows_(kept_rows) {
+PlaneSeries::PlaneSeries(int rows, int columns, int kept_rows) : rows_(rows), columns_(columns) {
   auto plan = std::make_unique<Plan>();
   FftArray<std::complex<float>> plane(size());
   fftwf_complex* data = of_fftw(plane.data());

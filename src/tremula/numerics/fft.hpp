@@ -14,7 +14,8 @@
 namespace tremula {
 
 // Column by column: half spectra (M/2+1 x m), bins 0 … M/2, to samples (M x m). The imaginary parts of bin 0
-// and, for even M, of bin M/2 cannot belong to a real signal and are ignored. sample_count M >= 1.
+// and, for even M, of bin M/2 cannot belong to a real signal and are ignored. sample_count M >= 1. Throws
+// InputError for other lengths; the classes below, summed for every bin, check nothing.
 Eigen::MatrixXd samples_from_half_spectra(const Eigen::MatrixXcd& half_spectra, int sample_count);
 
 // The inverse: samples (M x m) to half spectra (M/2+1 x m).
@@ -39,7 +40,7 @@ class RealSeries {
 
  private:
   struct Plan;
-  int sample_count_, batch_;
+  int sample_count_;
   std::unique_ptr<const Plan> plan_;
 };
 
@@ -63,7 +64,7 @@ class PlaneSeries {
 
  private:
   struct Plan;
-  int rows_, columns_, kept_rows_;
+  int rows_, columns_;
   std::unique_ptr<const Plan> plan_;
 };
 

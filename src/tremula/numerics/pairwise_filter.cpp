@@ -1,5 +1,6 @@
 #include "tremula/numerics/pairwise_filter.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/numerics/vector_math.hpp"
 
 #include <algorithm>
@@ -123,6 +124,10 @@ PairwiseFilter::PairwiseFilter(const Eigen::Matrix3Xd& points)
 }
 
 PairwiseFilter::Result PairwiseFilter::apply(double decay, double cutoff, const Channels& noise) const {
+  check_equal("rows of the noise", noise.rows(), static_cast<std::ptrdiff_t>(order_.size()));
+  if (!(std::isfinite(decay) && decay >= 0)) {
+    throw InputError("decay of a filter", std::to_string(decay), "0 per metre or more");
+  }
   std::vector<Tile> tiles(blocks_.size());
   for (std::size_t b = 0; b < blocks_.size(); ++b) {
     Tile& tile = tiles[b];

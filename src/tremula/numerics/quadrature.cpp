@@ -1,11 +1,14 @@
 #include "tremula/numerics/quadrature.hpp"
 
+#include "tremula/base/check.hpp"
+
 #include <cmath>
 #include <numbers>
 
 namespace tremula {
 
 std::vector<QuadraturePoint> gauss_legendre(int count) {
+  check_at_least("points of a quadrature", count, 1);
   std::vector<QuadraturePoint> points;
   for (int i = 0; i < count; ++i) {
     // Newton on P_n from the classical estimate of its i-th root; quadratic, so a fixed number of steps is

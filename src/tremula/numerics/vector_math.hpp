@@ -1,18 +1,12 @@
 // Elementary functions in float that compilers turn into vector code: plain arithmetic, no branches, no
-// tables. Loops that call them are compiled for AVX2 and AVX-512 too (TREMULA_CLONES) and the best is chosen
-// when the program starts. All do the same operations in the same order (no fused multiply-add), so the bytes
-// do not tell which one ran.
+// tables. Loops that call them are compiled for wider instruction sets too (TREMULA_CLONES).
 #pragma once
 
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define TREMULA_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define TREMULA_CLONES
-#endif
+#include "tremula/base/simd.hpp"
 
 namespace tremula {
 

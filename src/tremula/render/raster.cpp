@@ -1,5 +1,7 @@
 #include "tremula/render/raster.hpp"
 
+#include "tremula/base/check.hpp"
+
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -155,6 +157,14 @@ void draw(const ScreenTriangle& t, int top, int bottom, VisibilityBuffer& buffer
 
 VisibilityBuffer rasterise(std::span<const RasterVertex> vertices, std::span<const std::uint32_t> indices,
                            int width, int height, bool perspective, float near_w) {
+  check_at_least("width of the picture", width, 1);
+  check_at_least("height of the picture", height, 1);
+  for (const std::uint32_t index : indices) {
+    if (index >= vertices.size()) {
+      throw InputError("index of a triangle", std::to_string(index),
+                       "below " + std::to_string(vertices.size()));
+    }
+  }
   VisibilityBuffer buffer{width, height, perspective, {}, {}};
   const std::size_t samples = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   buffer.nearness.assign(samples, -std::numeric_limits<float>::infinity());

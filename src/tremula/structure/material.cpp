@@ -2,7 +2,7 @@
 
 #include "tremula/base/error.hpp"
 
-#include <cmath>
+#include <cstdio>
 
 namespace tremula {
 namespace {
@@ -46,10 +46,14 @@ const Material& find_material(const std::string& name) {
 }
 
 void check_material(const Material& material) {
+  // Far beyond anything there is. What is left out would carry the numbers of the structure out of their
+  // range.
+  constexpr double least = 1e-15, most = 1e30;
   const auto check = [](const char* what, double value, const char* unit) {
-    if (!std::isfinite(value) || value <= 0) {
-      throw InputError(what, std::to_string(value) + " " + unit, "a number above 0");
-    }
+    if (value >= least && value <= most) return;
+    char found[40];
+    std::snprintf(found, sizeof found, "%g", value);
+    throw InputError(what, std::string(found) + " " + unit, "a number above 0, from 1e-15 to 1e+30");
   };
   check("Young's modulus", material.youngs_modulus, "Pa");
   check("shear modulus", material.shear_modulus, "Pa");

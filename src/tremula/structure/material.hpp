@@ -20,7 +20,8 @@ const std::vector<Material>& material_presets();
 // Throws InputError that lists the names there are.
 const Material& find_material(const std::string& name);
 
-// Throws InputError unless E, G and rho are finite and above 0.
+// Throws InputError unless E, G and rho lie between 1e-15 and 1e30, where the numbers of a structure stay in
+// their range.
 void check_material(const Material& material);
 
 }  // namespace tremula

@@ -1,8 +1,11 @@
 #include "tremula/structure/structure.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/geometry/skeleton_checks.hpp"
 
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 namespace tremula {
@@ -73,6 +76,24 @@ void for_each_branch_in_place(const Structure& structure, Eigen::VectorXd& vecto
   }
 }
 
+// A size or stiffness that no plant has makes numbers whose squares a double does not hold.
+void check_range(const Structure& structure, int k) {
+  const Compliance& c = structure.compliances[index_of(k)];
+  const ElementMass& mass = structure.masses[index_of(k)];
+  const auto check = [k](const char* what, double value) {
+    if (value >= 1e-120 && value <= 1e120) return;
+    char found[80];
+    std::snprintf(found, sizeof found, "a %s of %g", what, value);
+    throw InputError("branch " + std::to_string(k), found,
+                     "lengths, radii, stiffness and density that a plant can have");
+  };
+  for (const double compliance : {c.axial, c.torsion, c.deflection, c.slope, c.slope_held})
+    check("compliance", compliance);
+  for (const double inertia :
+       {mass.axial.trace(), mass.torsion.trace(), mass.bending(2, 2), mass.bending(3, 3)})
+    check("mass", inertia);
+}
+
 }  // namespace
 
 void check_root(const RootSpring& spring) {
@@ -86,9 +107,10 @@ void check_root(const RootSpring& spring) {
 }
 
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
+  check_skeleton(skeleton, "skeleton", {.leaves_without_size = true});
   check_material(options.material);
   check_root(options.root);
-  if (!std::isfinite(options.added_mass_density) || options.added_mass_density < 0) {
+  if (!(options.added_mass_density >= 0 && options.added_mass_density <= 1e30)) {
     throw InputError("added mass density", std::to_string(options.added_mass_density), "0 kg/m^3 or more");
   }
   Structure structure;
@@ -111,6 +133,7 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
     const std::size_t k = index_of(leaf.branch);
     add_point_mass(structure.beams[k], leaf.position, leaf.mass, structure.masses[k]);
   }
+  for (int k = 0; k < structure.branch_count(); ++k) check_range(structure, k);
   return structure;
 }
 
@@ -141,6 +164,7 @@ Vec6 foot_displacement(const Structure& structure, Eigen::Ref<const Eigen::Vecto
 }
 
 Eigen::VectorXd apply_mass(const Structure& structure, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the displacement", displacement.size(), structure.size());
   Eigen::VectorXd force = Eigen::VectorXd::Zero(displacement.size());
   for (int k = 0; k < structure.branch_count(); ++k) {
     const Vec3& direction = structure.direction[index_of(k)];
@@ -173,6 +197,7 @@ Eigen::VectorXd apply_mass(const Structure& structure, const Eigen::VectorXd& di
 }
 
 Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the displacement", displacement.size(), structure.size());
   Eigen::VectorXd wrench = displacement;
   for (int k = structure.branch_count() - 1; k >= 0; --k) {  // e = B u
     const int parent = structure.parent[index_of(k)];
@@ -202,6 +227,7 @@ Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorX
 }
 
 Eigen::VectorXd solve_static(const Structure& structure, const Eigen::VectorXd& force) {
+  check_equal("rows of the force", force.size(), structure.size());
   Eigen::VectorXd vector = force;
   gather_to_roots(structure, vector);
   for_each_branch_in_place(structure, vector, [&](std::size_t k, const Split& wrench) {
@@ -215,6 +241,7 @@ Eigen::VectorXd solve_static(const Structure& structure, const Eigen::VectorXd& 
 }
 
 Eigen::VectorXd displacement_from_compliance_form(const Structure& structure, const Eigen::VectorXd& s) {
+  check_equal("rows of the vector", s.size(), structure.size());
   Eigen::VectorXd vector = s;
   for_each_branch_in_place(structure, vector, [&](std::size_t k, const Split& in) {
     const ComplianceRoot root(structure.compliances[k]);

@@ -59,7 +59,9 @@ struct Structure {
 void check_root(const RootSpring& spring);
 
 // Throws InputError for a material or a root that is not one (check_material, check_root) or an added mass
-// below 0. The skeleton must pass check_skeleton.
+// below 0, and for a skeleton that check_skeleton does not pass (leaves may be masses without a size).
+// Functions below throw it for vectors of another size; those that work on one branch are called often and
+// only assert.
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
 // M u.  (6N) -> (6N)

@@ -1,6 +1,7 @@
 #include "tremula/wind/check_field.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 
 #include <cmath>
 #include <string>
@@ -16,7 +17,7 @@ void check_count(const char* what, int count, int least) {
 
 void check_number(const char* what, double value, bool good, const char* wanted) {
   if (!good || !std::isfinite(value))
-    throw InputError(std::string("wind field: ") + what, std::to_string(value), wanted);
+    throw InputError(std::string("wind field: ") + what, number_text(value), wanted);
 }
 
 void check_size(const char* what, std::size_t size, std::size_t points, int steps) {

@@ -1,6 +1,7 @@
 #include "tremula/wind/coherence.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -46,7 +47,7 @@ Coherence coherence_model(CoherenceKind kind, const MeanWind& mean, IecEdition e
 
 void check_coherence(const Coherence& coherence) {
   const auto check = [](bool good, const char* what, double value, const char* wanted) {
-    if (!good || !std::isfinite(value)) throw InputError(what, std::to_string(value), wanted);
+    if (!good || !std::isfinite(value)) throw InputError(what, number_text(value), wanted);
   };
   check(coherence.speed >= 0, "speed of the coherence", coherence.speed, "0 m/s or more");
   for (std::size_t c = 0; c < 3; ++c) {

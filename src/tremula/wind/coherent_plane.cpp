@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace tremula {
 namespace {
@@ -102,11 +103,10 @@ void CoherentPlane::set_coherences(const std::array<CoherenceDecay, 2>& decays, 
   }
 }
 
-void CoherentPlane::draw(Amplitudes amplitudes, std::uint64_t seed, RandomStream stream, std::uint32_t bin,
-                         int which, CoherentPlaneWork& work) const {
+void CoherentPlane::draw(const Noise& noise, int which, CoherentPlaneWork& work) const {
   const std::size_t count = static_cast<std::size_t>(rows()) * static_cast<std::size_t>(columns());
   work.noise.resize(count);
-  draw_noise(amplitudes, seed, stream, bin, count, work.noise.data());
+  draw_noise(noise, count, work.noise.data());
   const FftArray<float>& amplitude = work.amplitude[static_cast<std::size_t>(which)];
   for (int r = 0; r < rows(); ++r) {
     const std::ptrdiff_t start = static_cast<std::ptrdiff_t>(r) * pitch();
@@ -114,6 +114,16 @@ void CoherentPlane::draw(Amplitudes amplitudes, std::uint64_t seed, RandomStream
                  amplitude.data() + start, floats(work.plane.data() + start));
   }
   series_.sum_kept(work.plane.data());
+}
+
+double CoherentPlane::likeness(const CoherentPlaneWork& work) const {
+  double sum = 0;
+  for (int r = 0; r < rows(); ++r) {
+    const std::ptrdiff_t start = static_cast<std::ptrdiff_t>(r) * pitch();
+    const float *a = work.amplitude[0].data() + start, *b = work.amplitude[1].data() + start;
+    for (int c = 0; c < columns(); ++c) sum += static_cast<double>(a[c]) * static_cast<double>(b[c]);
+  }
+  return sum * static_cast<double>(work.scale[0]) * static_cast<double>(work.scale[1]);
 }
 
 std::array<double, 2> CoherentPlane::coherence_error(const std::array<CoherenceDecay, 2>& decays,
@@ -139,13 +149,17 @@ std::array<double, 2> CoherentPlane::coherence_error(const std::array<CoherenceD
   return largest;
 }
 
-void draw_noise(Amplitudes amplitudes, std::uint64_t seed, RandomStream stream, std::uint32_t bin,
-                std::size_t count, std::complex<float>* noise) {
-  if (amplitudes == Amplitudes::gaussian) {
-    complex_gaussians(seed, stream, bin, count, noise);
-  } else {
-    unit_phases(seed, stream, bin, count, noise);
+void draw_noise(const Noise& noise, std::size_t count, std::complex<float>* values) {
+  if (noise.amplitudes == Amplitudes::phases_only) {
+    unit_phases(noise.seed, noise.stream, noise.bin, count, values);
+    return;
   }
+  complex_gaussians(noise.seed, noise.stream, noise.bin, count, values);
+  if (noise.shared == 0) return;
+  std::vector<std::complex<float>> other(count);
+  complex_gaussians(noise.seed, noise.other, noise.bin, count, other.data());
+  const auto shared = static_cast<float>(noise.shared), own = std::sqrt(1 - shared * shared);
+  for (std::size_t i = 0; i < count; ++i) values[i] = own * values[i] + shared * other[i];
 }
 
 }  // namespace tremula

@@ -30,6 +30,17 @@ int periodic_length(int points, double spacing, double decay, double tolerance);
 // another machine may round otherwise, must not make another plane and with it another wind.
 int whole_number_from(double x);
 
+// Complex noise of unit power by its address. Of its parts, `shared` is another stream's noise of the same
+// bin and places: the two are then correlated by that much (of Gaussian amplitudes only).
+struct Noise {
+  Amplitudes amplitudes = Amplitudes::gaussian;
+  std::uint64_t seed = 1;
+  RandomStream stream = RandomStream::wind_u;
+  std::uint32_t bin = 0;
+  double shared = 0;
+  RandomStream other = RandomStream::wind_u;
+};
+
 // What one thread needs, for the bins of one plane after the other.
 struct CoherentPlaneWork {
   FftArray<std::complex<float>> plane;                 // (rows x pitch): coefficients, then the field
@@ -55,8 +66,11 @@ class CoherentPlane {
                       CoherentPlaneWork& work) const;
 
   // The field of coherence `which` times `work.scale[which]` still to be applied, into work.plane.
-  void draw(Amplitudes amplitudes, std::uint64_t seed, RandomStream stream, std::uint32_t bin, int which,
-            CoherentPlaneWork& work) const;
+  void draw(const Noise& noise, int which, CoherentPlaneWork& work) const;
+
+  // The correlation, at a place, of two fields drawn from the same noise with these two coherences: 1 where
+  // they are the same.
+  double likeness(const CoherentPlaneWork& work) const;
 
   // How far the coherences as they are (clipped, wrapped around) lie from those wanted, at separations of up
   // to window_rows and window_columns points: the largest difference. Destroys work.plane.
@@ -68,8 +82,7 @@ class CoherentPlane {
   PlaneSeries series_;
 };
 
-// Complex noise of unit power: the amplitudes of one bin, places 0 … count - 1.
-void draw_noise(Amplitudes amplitudes, std::uint64_t seed, RandomStream stream, std::uint32_t bin,
-                std::size_t count, std::complex<float>* noise);
+// Places 0 … count - 1.
+void draw_noise(const Noise& noise, std::size_t count, std::complex<float>* values);
 
 }  // namespace tremula

@@ -1,6 +1,7 @@
 #include "tremula/wind/field_at_points.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/wind/check_field.hpp"
 
@@ -63,11 +64,11 @@ FieldAtPoints::FieldAtPoints(const WindField& field, double heading, const TimeA
     : loop_(loop), grid_points_(field.grid.point_count()) {
   check_wind_field(field);
   const WindGrid& grid = field.grid;
-  if (!std::isfinite(heading)) throw InputError("heading", std::to_string(heading), "an angle in degrees");
+  if (!std::isfinite(heading)) throw InputError("heading", number_text(heading), "an angle in degrees");
   if (loop.sample_count < 1)
     throw InputError("samples of the loop", std::to_string(loop.sample_count), "1 or more");
   if (!(grid.mean_speed > 0)) {
-    throw InputError("mean speed of the wind field", std::to_string(grid.mean_speed),
+    throw InputError("mean speed of the wind field", number_text(grid.mean_speed),
                      "above 0 m/s, to carry the gusts along");
   }
   const int steps = steps_in_loop(grid, loop);

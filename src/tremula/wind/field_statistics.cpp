@@ -1,6 +1,7 @@
 #include "tremula/wind/field_statistics.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/wind/check_field.hpp"
 
@@ -166,7 +167,7 @@ std::vector<int> usable(std::vector<int> cells, int point_count, const char* wha
 
 std::vector<FrequencyBand> logarithmic_bands(int last_bin, double resolution, double bands_per_decade) {
   if (!(bands_per_decade >= 1 && bands_per_decade <= 1000))
-    throw InputError("bands per decade", std::to_string(bands_per_decade), "1 to 1000");
+    throw InputError("bands per decade", number_text(bands_per_decade), "1 to 1000");
   std::vector<FrequencyBand> bands;
   const double ratio = std::pow(10, 1 / bands_per_decade);
   double edge = 0.5;  // between bins

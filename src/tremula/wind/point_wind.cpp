@@ -1,6 +1,8 @@
 #include "tremula/wind/point_wind.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/wind/field_at_points.hpp"
 #include "tremula/wind/field_statistics.hpp"
 #include "tremula/wind/wind_at_points.hpp"
@@ -8,15 +10,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 
 namespace tremula {
 namespace {
 
 Eigen::Matrix3Xd mean_velocity(const MeanWind& wind, const Eigen::Matrix3Xd& points) {
   Eigen::Matrix3Xd velocity(3, points.cols());
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    velocity.col(k) = mean_speed(wind, points(2, k)) * heading_direction(wind);
-  }
+  for (Eigen::Index k = 0; k < points.cols(); ++k)
+    velocity.col(k) = tremula::mean_velocity(wind, points(2, k));
   return velocity;
 }
 
@@ -94,6 +97,44 @@ ReferenceWind reference_of(const GivenWind& wind) {
   return result;
 }
 
+ReferenceWind reference_of(const OwnWind& wind) { return {wind.speed, 0, wind.heading}; }
+
+void check_own(const char* what, Eigen::Index rows, Eigen::Index columns, bool finite, Eigen::Index points) {
+  if (rows != 3 || columns != points) {
+    throw InputError(std::string("own wind: ") + what,
+                     std::to_string(rows) + " x " + std::to_string(columns) + " numbers",
+                     "3 x " + std::to_string(points));
+  }
+  if (!finite) throw InputError(std::string("own wind: ") + what, "a number that is not finite", "m/s");
+}
+
+PointWind at_points(const OwnWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  if (!wind.at_points) throw InputError("own wind", "no function at_points", "one");
+  if (!std::isfinite(wind.speed) || wind.speed < 0 || !std::isfinite(wind.heading)) {
+    throw InputError("own wind",
+                     "speed " + number_text(wind.speed) + ", heading " + number_text(wind.heading),
+                     "0 m/s or more and an angle in degrees");
+  }
+  PointWind own = wind.at_points(loop, points);
+  if (!own.velocity) throw InputError("own wind", "no function velocity", "one");
+  const Eigen::Index count = points.cols();
+  check_own("mean", own.mean.rows(), own.mean.cols(), own.mean.allFinite(), count);
+  own.velocity = [velocity = std::move(own.velocity), count](int bin, int draw) {
+    Eigen::Matrix3Xcd drawn = velocity(bin, draw);
+    check_own("velocity", drawn.rows(), drawn.cols(), drawn.allFinite(), count);
+    return drawn;
+  };
+  if (own.power) {
+    own.power = [power = std::move(own.power)](double omega) {
+      const double value = power(omega);
+      if (!std::isfinite(value) || value <= 0)
+        throw InputError("own wind: power", number_text(value), "a finite number above 0");
+      return value;
+    };
+  }
+  return own;
+}
+
 }  // namespace
 
 ReferenceWind at_reference_height(const Wind& wind) {
@@ -101,6 +142,9 @@ ReferenceWind at_reference_height(const Wind& wind) {
 }
 
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+  check_at_least("points in the wind", points.cols(), 1);
+  if (!points.allFinite())
+    throw InputError("points in the wind", "one that is not finite", "finite coordinates");
   return std::visit([&](const auto& kind) { return at_points(kind, loop, points); }, wind);
 }
 

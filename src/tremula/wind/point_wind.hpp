@@ -23,20 +23,6 @@ struct GivenWind {
   double heading = 0;  // where its x axis points to, as MeanWind::heading [degrees]
 };
 
-using Wind = std::variant<TurbulentWind, StamWind, GivenWind>;
-
-// What any wind is like at its reference height.
-struct ReferenceWind {
-  double speed = 0;                      // mean [m/s]
-  double height = 0;                     // [m]
-  double heading = 0;                    // where it blows to, as MeanWind::heading [degrees]
-  std::optional<double> intensity = {};  // sigma_u / speed; none for gusts without unit or without mean wind
-};
-
-// Of a given field: its Taylor speed, and the deviation of the row nearest to its reference height. Throws
-// InputError where there is no field.
-ReferenceWind at_reference_height(const Wind& wind);
-
 // A wind at fixed points and for one loop. Coefficients in the convention of StamWindAtPoints.
 struct PointWind {
   Eigen::Matrix3Xd mean;  // (3 x N) [m/s]
@@ -49,7 +35,30 @@ struct PointWind {
   std::vector<std::string> warnings = {};
 };
 
-// points (3 x N) [m], z above the ground. Throws InputError for a wind that cannot be.
+// A wind of your own: a function that gives it at any points (3 x N) [m], z above the ground, for any loop.
+// What it returns is checked: sizes when it is made, and that every coefficient is finite when it is drawn.
+struct OwnWind {
+  std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points;
+  double speed = 0;    // mean, for captions and reports [m/s]
+  double heading = 0;  // as MeanWind::heading [degrees]
+};
+
+using Wind = std::variant<TurbulentWind, StamWind, GivenWind, OwnWind>;
+
+// What any wind is like at its reference height.
+struct ReferenceWind {
+  double speed = 0;                      // mean [m/s]
+  double height = 0;                     // [m]; 0 for an OwnWind, which has none
+  double heading = 0;                    // where it blows to, as MeanWind::heading [degrees]
+  std::optional<double> intensity = {};  // sigma_u / speed; none for gusts without unit or without mean wind
+};
+
+// Of a given field: its Taylor speed, and the deviation of the row nearest to its reference height. Throws
+// InputError where there is no field.
+ReferenceWind at_reference_height(const Wind& wind);
+
+// points (3 x N) [m], z above the ground. Throws InputError for a wind that cannot be; so does the velocity
+// of an OwnWind that gives numbers that are none.
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points);
 
 }  // namespace tremula

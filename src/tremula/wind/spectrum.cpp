@@ -1,6 +1,7 @@
 #include "tremula/wind/spectrum.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -66,6 +67,39 @@ Vec3 table_variance(const SpectrumTable& table) {
   return sum;
 }
 
+// As the model itself has it.
+Vec3 own_spectrum(const SpectrumModel& model, double frequency, double height, double speed) {
+  switch (model.kind) {
+    case SpectrumKind::simiu_scanlan:
+      return simiu_scanlan_spectrum(frequency, height, speed, model.friction_velocity);
+    case SpectrumKind::iec_kaimal:
+      return iec_kaimal(model, frequency);
+    case SpectrumKind::von_karman:
+      return von_karman(model, frequency);
+    case SpectrumKind::table: {
+      const double per_speed = 2 * std::numbers::pi / speed;
+      if (!model.table.by_wave_number) return from_table(model.table, frequency);
+      return per_speed * from_table(model.table, per_speed * frequency);
+    }
+  }
+  return Vec3::Zero();
+}
+
+Vec3 own_variance(const SpectrumModel& model) {
+  switch (model.kind) {
+    case SpectrumKind::simiu_scanlan: {
+      const double w = 3.36 * std::pow(10, -0.6) * 0.6 * std::numbers::pi / std::sin(0.6 * std::numbers::pi);
+      return model.friction_velocity * model.friction_velocity * Vec3(6, 1.5 * 15 / 9.5, w);
+    }
+    case SpectrumKind::iec_kaimal:
+    case SpectrumKind::von_karman:
+      return model.deviation.cwiseAbs2();
+    case SpectrumKind::table:
+      return table_variance(model.table);
+  }
+  return Vec3::Zero();
+}
+
 }  // namespace
 
 SpectrumKind spectrum_named(const std::string& name) {
@@ -85,7 +119,7 @@ std::string name_of(SpectrumKind kind) {
 SpectrumModel spectrum_model(SpectrumKind kind, const MeanWind& mean, double turbulence_intensity,
                              IecEdition edition) {
   if (!(turbulence_intensity >= 0 && turbulence_intensity <= 2)) {
-    throw InputError("turbulence intensity", std::to_string(turbulence_intensity), "0 to 2");
+    throw InputError("turbulence intensity", number_text(turbulence_intensity), "0 to 2");
   }
   const double deviation = turbulence_intensity * mean.speed;
   const double lambda = turbulence_scale(edition, mean.reference_height);
@@ -110,8 +144,10 @@ SpectrumModel table_spectrum(SpectrumTable table) {
 
 void check_spectrum(const SpectrumModel& model) {
   const auto check = [](bool good, const char* what, double value, const char* wanted) {
-    if (!good || !std::isfinite(value)) throw InputError(what, std::to_string(value), wanted);
+    if (!good || !std::isfinite(value)) throw InputError(what, number_text(value), wanted);
   };
+  for (int c = 0; c < 3; ++c)
+    check(model.power_factor[c] >= 0, "factor of a spectrum", model.power_factor[c], "0 or more");
   switch (model.kind) {
     case SpectrumKind::simiu_scanlan:
       check(model.friction_velocity >= 0, "friction velocity", model.friction_velocity, "0 m/s or more");
@@ -143,35 +179,32 @@ void check_spectrum(const SpectrumModel& model) {
 
 Vec3 spectrum(const SpectrumModel& model, double frequency, double height, double speed) {
   if (speed <= 0) return Vec3::Zero();
-  switch (model.kind) {
-    case SpectrumKind::simiu_scanlan:
-      return simiu_scanlan_spectrum(frequency, height, speed, model.friction_velocity);
-    case SpectrumKind::iec_kaimal:
-      return iec_kaimal(model, frequency);
-    case SpectrumKind::von_karman:
-      return von_karman(model, frequency);
-    case SpectrumKind::table: {
-      const double per_speed = 2 * std::numbers::pi / speed;
-      if (!model.table.by_wave_number) return from_table(model.table, frequency);
-      return per_speed * from_table(model.table, per_speed * frequency);
-    }
-  }
-  return Vec3::Zero();
+  return model.power_factor.cwiseProduct(own_spectrum(model, frequency, height, speed));
 }
 
 Vec3 spectrum_variance(const SpectrumModel& model) {
-  switch (model.kind) {
-    case SpectrumKind::simiu_scanlan: {
-      const double w = 3.36 * std::pow(10, -0.6) * 0.6 * std::numbers::pi / std::sin(0.6 * std::numbers::pi);
-      return model.friction_velocity * model.friction_velocity * Vec3(6, 1.5 * 15 / 9.5, w);
-    }
-    case SpectrumKind::iec_kaimal:
-    case SpectrumKind::von_karman:
-      return model.deviation.cwiseAbs2();
-    case SpectrumKind::table:
-      return table_variance(model.table);
+  return model.power_factor.cwiseProduct(own_variance(model));
+}
+
+SpectrumModel with_deviations(SpectrumModel model, const Vec3& deviation) {
+  const Vec3 own = own_variance(model);
+  for (int c = 0; c < 3; ++c) {
+    if (own[c] > 0) model.power_factor[c] = deviation[c] * deviation[c] / own[c];
   }
-  return Vec3::Zero();
+  check_spectrum(model);
+  return model;
+}
+
+double largest_covariance_uw(const SpectrumModel& model, double height, double speed) {
+  // Trapezoids over the logarithm of the frequency: f sqrt(S_u S_w) falls to both sides, as f and f^(-2/3).
+  constexpr double lowest = -28, highest = 28, step = 0.02;
+  double sum = 0;
+  for (double x = lowest; x < highest; x += step) {
+    const double frequency = std::exp(x);
+    const Vec3 s = spectrum(model, frequency, height, speed);
+    sum += step * frequency * std::sqrt(s[0] * s[2]);
+  }
+  return sum;
 }
 
 Vec3 simiu_scanlan_spectrum(double frequency, double height, double speed, double friction_velocity) {

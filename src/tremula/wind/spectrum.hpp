@@ -39,6 +39,9 @@ struct SpectrumModel {
   Vec3 length = Vec3::Ones();     // L_u, v, w [m]: iec-kaimal, von-karman
   double reference_speed = 1;     // U that makes a frequency of a length: iec-kaimal, von-karman [m/s]
   SpectrumTable table = {};
+  // Of u, v, w: what the spectra of the model are multiplied by, where deviations are wanted that are not its
+  // own.
+  Vec3 power_factor = Vec3::Ones();
 };
 
 // The model with the numbers its source gives, for the along-wind deviation sigma_u = intensity * speed at
@@ -52,6 +55,10 @@ struct SpectrumModel {
 // table: use table_spectrum. Throws InputError for an intensity outside 0 to 2.
 SpectrumModel spectrum_model(SpectrumKind kind, const MeanWind& mean, double turbulence_intensity,
                              IecEdition edition = IecEdition::third);
+
+// The model with other deviations of u, v, w [m/s], its spectra as they were in shape. A component without
+// variance keeps none.
+SpectrumModel with_deviations(SpectrumModel model, const Vec3& deviation);
 
 // As measured: no intensity changes it. Throws InputError for a table that is no spectrum (see
 // check_spectrum).
@@ -67,6 +74,10 @@ Vec3 spectrum(const SpectrumModel& model, double frequency, double height, doubl
 // Its integral over f > 0, in closed form: variances of u, v, w [(m/s)^2]. The same at all heights and speeds
 // > 0.
 Vec3 spectrum_variance(const SpectrumModel& model);
+
+// The integral of sqrt(S_u S_w) over f > 0 [(m/s)^2]: the covariance of u and w if they were the same gust at
+// every frequency, and so the most that it can be. Below sigma_u sigma_w, as the two spectra differ in shape.
+double largest_covariance_uw(const SpectrumModel& model, double height, double speed);
 
 // S_u, S_v, S_w [(m/s)^2/Hz] of Simiu & Scanlan as F eq. 1 has them, with C_0 = friction_velocity^2 and
 // nu = f z/U: variances 6, 2.3684 and 1.6728 u*^2 (errata F2). frequency [Hz] > 0, height [m] > 0, speed

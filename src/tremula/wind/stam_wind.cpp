@@ -1,6 +1,8 @@
 #include "tremula/wind/stam_wind.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/numerics/random.hpp"
 #include "tremula/wind/spectrum.hpp"
 
@@ -20,7 +22,7 @@ constexpr RandomStream streams[3] = {RandomStream::wind_u, RandomStream::wind_v,
 void check_stam_wind(const StamWind& wind) {
   check_mean_wind(wind.mean);
   const auto check = [](bool good, const char* what, double value, const char* wanted) {
-    if (!good || !std::isfinite(value)) throw InputError(what, std::to_string(value), wanted);
+    if (!good || !std::isfinite(value)) throw InputError(what, number_text(value), wanted);
   };
   check(wind.turbulence_intensity >= 0 && wind.turbulence_intensity <= 2, "turbulence intensity",
         wind.turbulence_intensity, "0 to 2");
@@ -37,6 +39,10 @@ StamWindAtPoints::StamWindAtPoints(const StamWind& wind, const TimeAxis& axis, c
       speeds_(points.cols()),
       filter_(points) {
   check_stam_wind(wind);
+  check_at_least("samples of the loop", axis.sample_count, 1);
+  if (!(std::isfinite(axis.period) && axis.period > 0)) {
+    throw InputError("period of the loop", std::to_string(axis.period), "above 0 s");
+  }
   for (Eigen::Index k = 0; k < points.cols(); ++k) speeds_[k] = mean_speed(wind.mean, heights_[k]);
 }
 
@@ -60,8 +66,8 @@ Eigen::Matrix3Xcd StamWindAtPoints::velocity(int bin, int draw) const {
       2 * std::numbers::pi * frequency * wind_.correlation_time / wind_.correlation_length;  // [1/m]
   const auto [filtered, squared_weights] = filter_.apply(decay, wind_.cutoff, noise);
 
-  const Vec3 along = heading_direction(wind_.mean), across(-along[1], along[0], 0);
   for (Eigen::Index k = 0; k < count; ++k) {
+    const Vec3 along = heading_direction(wind_.mean, heights_[k]), across(-along[1], along[0], 0);
     Vec3 amplitude = Vec3::Ones();
     if (!as_printed) {
       if (speeds_[k] <= 0) continue;

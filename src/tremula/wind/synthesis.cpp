@@ -1,6 +1,7 @@
 #include "tremula/wind/synthesis.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/coherent_plane.hpp"
@@ -33,6 +34,48 @@ constexpr double negligible_coherence = 1e-3;
 // holds.
 constexpr std::size_t tile_points = 32;
 
+// Places of the coherent plane: those of the grid, and of what a tower adds below it. Points are numbered
+// through the grid and then down the tower.
+struct Lattice {
+  int rows = 1, columns = 1;
+  int below = 0;   // rows under the lowest of the grid
+  int stride = 1;  // columns from one of the grid to the next: 2 where the tower stands between two of them
+  double row_spacing = 1, column_spacing = 1, bottom = 1;
+  WindGrid grid;
+  int tower_count = 0;
+
+  double z(int row) const { return bottom + row * row_spacing; }
+  std::size_t place_count() const {
+    return static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
+  }
+  std::size_t point_count() const { return grid.point_count() + static_cast<std::size_t>(tower_count); }
+  int row_of_point(std::size_t point) const {
+    const std::size_t on_grid = grid.point_count();
+    if (point < on_grid) return below + static_cast<int>(point / static_cast<std::size_t>(grid.y_count));
+    return below - static_cast<int>(point - on_grid);
+  }
+};
+
+Lattice lattice_of(const WindGrid& grid, int tower_count) {
+  Lattice lattice{.rows = grid.z_count,
+                  .columns = grid.y_count,
+                  .row_spacing = grid.z_spacing,
+                  .column_spacing = grid.y_spacing,
+                  .bottom = grid.bottom,
+                  .grid = grid,
+                  .tower_count = tower_count};
+  if (tower_count == 0) return lattice;
+  lattice.below = tower_count - 1;
+  lattice.rows += lattice.below;
+  lattice.bottom -= lattice.below * grid.z_spacing;
+  if (grid.y_count % 2 == 0) {
+    lattice.stride = 2;
+    lattice.columns = 2 * grid.y_count - 1;
+    lattice.column_spacing /= 2;
+  }
+  return lattice;
+}
+
 // sqrt(S/(2T)) for every bin and row, of all components.
 struct RowAmplitudes {
   int rows = 0;
@@ -44,26 +87,24 @@ struct RowAmplitudes {
   }
 };
 
-RowAmplitudes row_amplitudes(const TurbulentWind& wind, const WindGrid& grid, const TimeAxis& axis) {
-  RowAmplitudes result{.rows = grid.z_count};
-  const auto size = static_cast<std::size_t>(axis.bin_count()) * static_cast<std::size_t>(grid.z_count);
+RowAmplitudes row_amplitudes(const TurbulentWind& wind, const Lattice& lattice, const TimeAxis& axis) {
+  const auto rows = static_cast<std::size_t>(lattice.rows);
+  RowAmplitudes result{.rows = lattice.rows};
   for (std::size_t c = 0; c < 3; ++c) {
-    result.of[c].assign(size, 0.0F);
-    result.resolved_variance[c].assign(static_cast<std::size_t>(grid.z_count), 0.0);
+    result.of[c].assign(static_cast<std::size_t>(axis.bin_count()) * rows, 0.0F);
+    result.resolved_variance[c].assign(rows, 0.0);
   }
   std::vector<double> heights, speeds;
-  for (int i = 0; i < grid.z_count; ++i) {
-    heights.push_back(std::max(grid.z(i), lowest_spectrum_height));
+  for (int i = 0; i < lattice.rows; ++i) {
+    heights.push_back(std::max(lattice.z(i), lowest_spectrum_height));
     speeds.push_back(mean_speed(wind.mean, heights.back()));
   }
   tbb::parallel_for(
       tbb::blocked_range<int>(1, axis.bin_count(), 64), [&](const tbb::blocked_range<int>& bins) {
         for (int bin = bins.begin(); bin < bins.end(); ++bin) {
-          for (int i = 0; i < grid.z_count; ++i) {
-            const auto row = static_cast<std::size_t>(i);
+          for (std::size_t row = 0; row < rows; ++row) {
             const Vec3 s = spectrum(wind.spectrum, axis.frequency(bin), heights[row], speeds[row]);
-            const std::size_t at =
-                static_cast<std::size_t>(bin) * static_cast<std::size_t>(grid.z_count) + row;
+            const std::size_t at = static_cast<std::size_t>(bin) * rows + row;
             for (std::size_t c = 0; c < 3; ++c) {
               result.of[c][at] = static_cast<float>(std::sqrt(s[static_cast<int>(c)] / (2 * axis.period)));
             }
@@ -73,10 +114,9 @@ RowAmplitudes row_amplitudes(const TurbulentWind& wind, const WindGrid& grid, co
   for (int bin = 1; bin < axis.bin_count(); ++bin) {
     const double sides = 2 * bin == axis.sample_count ? 1 : 2;
     for (int c = 0; c < 3; ++c) {
-      for (int i = 0; i < grid.z_count; ++i) {
-        const auto amplitude = static_cast<double>(result.at(c, bin)[i]);
-        result.resolved_variance[static_cast<std::size_t>(c)][static_cast<std::size_t>(i)] +=
-            sides * amplitude * amplitude;
+      for (std::size_t row = 0; row < rows; ++row) {
+        const auto amplitude = static_cast<double>(result.at(c, bin)[row]);
+        result.resolved_variance[static_cast<std::size_t>(c)][row] += sides * amplitude * amplitude;
       }
     }
   }
@@ -106,25 +146,38 @@ class Planes {
   std::map<std::pair<int, int>, std::unique_ptr<CoherentPlane>> planes_;
 };
 
-std::vector<Job> plan_jobs(const TurbulentWind& wind, const WindGrid& grid, const TimeAxis& axis,
-                           int component, const SynthesisOptions& options, Planes& planes) {
+// Which components' noise is shared out over the same places as this one's.
+std::vector<int> drawn_together(int component, double coherency) {
+  if (coherency == 0 || component == 1) return {component};
+  return {0, 2};
+}
+
+std::vector<Job> plan_jobs(const TurbulentWind& wind, const Lattice& lattice, const TimeAxis& axis,
+                           const std::vector<int>& components, const SynthesisOptions& options,
+                           Planes& planes) {
   std::vector<Job> jobs;
   for (int bin = 1; bin < axis.bin_count(); bin += jobs.back().bin_count) {
-    const CoherenceDecay decay = coherence_decay(wind.coherence, component, axis.frequency(bin));
+    CoherenceDecay decay = coherence_decay(wind.coherence, components[0], axis.frequency(bin));
+    for (const int component : components) {
+      const CoherenceDecay of_component = coherence_decay(wind.coherence, component, axis.frequency(bin));
+      decay = {std::min(decay.y, of_component.y), std::min(decay.z, of_component.z)};
+    }
     const bool white =
-        (grid.y_count == 1 || root_coherence(decay, grid.y_spacing, 0) < negligible_coherence) &&
-        (grid.z_count == 1 || root_coherence(decay, 0, grid.z_spacing) < negligible_coherence);
+        (lattice.columns == 1 || root_coherence(decay, lattice.column_spacing, 0) < negligible_coherence) &&
+        (lattice.rows == 1 || root_coherence(decay, 0, lattice.row_spacing) < negligible_coherence);
     if (white) {
       jobs.push_back({bin, 1, nullptr});
       continue;
     }
-    int rows = grid.z_count, columns = grid.y_count;
+    int rows = lattice.rows, columns = lattice.columns;
     if (!options.tile) {
-      rows = fast_length(periodic_length(rows, grid.z_spacing, decay.z, options.padding_tolerance));
-      columns = fast_length(periodic_length(columns, grid.y_spacing, decay.y, options.padding_tolerance));
+      rows = fast_length(periodic_length(rows, lattice.row_spacing, decay.z, options.padding_tolerance));
+      columns =
+          fast_length(periodic_length(columns, lattice.column_spacing, decay.y, options.padding_tolerance));
     }
     // Coherence falls with frequency: what is wide enough for the first is so for the second.
-    jobs.push_back({bin, std::min(2, axis.bin_count() - bin), &planes.of_size(rows, columns)});
+    const int bins = components.size() > 1 ? 1 : std::min(2, axis.bin_count() - bin);
+    jobs.push_back({bin, bins, &planes.of_size(rows, columns)});
   }
   return jobs;
 }
@@ -169,59 +222,90 @@ class Meter {
 
 struct BinWork {
   CoherentPlaneWork plane;
-  std::vector<Complex> window;
+  std::vector<Complex> places, window;
 };
 
-struct Clipped {
-  double largest = 0, weighted = 0, weights = 0;
+// What the drawing of one component needs to know.
+struct Drawing {
+  const TurbulentWind& wind;
+  const Lattice& lattice;
+  const TimeAxis& axis;
+  int component = 0;
+  double coherency = 0;  // with u, of w
+  const RowAmplitudes& amplitudes;
+  const std::vector<double>& row_factors;
+
+  Noise noise(int bin) const {
+    return {.amplitudes = wind.amplitudes,
+            .seed = wind.seed,
+            .stream = streams[component],
+            .bin = static_cast<std::uint32_t>(bin),
+            .shared = component == 2 ? coherency : 0};
+  }
+
+  // The coherences of a job: of its two bins, or of u and w in its one.
+  std::array<CoherenceDecay, 2> decays(const Job& job) const {
+    const double first = axis.frequency(job.first_bin);
+    if (noise(0).shared != 0)
+      return {coherence_decay(wind.coherence, 0, first), coherence_decay(wind.coherence, 2, first)};
+    return {coherence_decay(wind.coherence, component, first),
+            coherence_decay(wind.coherence, component, axis.frequency(job.first_bin + job.bin_count - 1))};
+  }
+
+  // From unit places (rows at a pitch) to the coefficients of the points.
+  void take_points(int bin, const Complex* places, std::size_t pitch, float scale, Complex* points) const {
+    // The coefficient at half the sampling rate is real and carries its power alone.
+    const bool real = 2 * bin == axis.sample_count;
+    const auto take_row = [&](int row, int first, int last, int stride) {
+      const auto at = static_cast<std::size_t>(row);
+      const float factor = scale * static_cast<float>(row_factors[at]) * amplitudes.at(component, bin)[at];
+      const Complex* from = places + at * pitch;
+      for (int column = first; column <= last; column += stride) {
+        const Complex value = factor * from[column];
+        *points++ = real ? std::numbers::sqrt2_v<float> * value.real() : value;
+      }
+    };
+    for (int row = lattice.below; row < lattice.rows; ++row)
+      take_row(row, 0, lattice.columns - 1, lattice.stride);
+    const int middle = lattice.columns / 2;
+    for (int k = 0; k < lattice.tower_count; ++k) take_row(lattice.below - k, middle, middle, 1);
+  }
 };
 
-void draw_coefficients(const TurbulentWind& wind, const WindGrid& grid, const TimeAxis& axis, int component,
-                       const RowAmplitudes& amplitudes, const std::vector<double>& row_factors,
-                       const std::vector<Job>& jobs, Coefficients& coefficients, SynthesisReport& report,
-                       Meter& meter) {
+void draw_coefficients(const Drawing& drawing, const std::vector<Job>& jobs, Coefficients& coefficients,
+                       SynthesisReport& report, Meter& meter) {
+  const Lattice& lattice = drawing.lattice;
   std::vector<std::array<double, 2>> clipped(jobs.size());
   tbb::enumerable_thread_specific<BinWork> works;
-  const auto columns = static_cast<std::size_t>(grid.y_count);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, jobs.size(), 8), [&](const auto& range) {
     BinWork& work = works.local();
-    work.window.resize(grid.point_count());
+    work.window.resize(lattice.point_count());
     for (std::size_t j = range.begin(); j < range.end(); ++j) {
       const Job& job = jobs[j];
+      const bool shares = drawing.noise(0).shared != 0;
+      double shared = drawing.noise(0).shared;
       if (job.plane != nullptr) {
-        std::array<CoherenceDecay, 2> decays;
-        for (int k = 0; k < 2; ++k) {
-          const int bin = job.first_bin + std::min(k, job.bin_count - 1);
-          decays[static_cast<std::size_t>(k)] =
-              coherence_decay(wind.coherence, component, axis.frequency(bin));
-        }
-        job.plane->set_coherences(decays, grid.z_spacing, grid.y_spacing, work.plane);
+        job.plane->set_coherences(drawing.decays(job), lattice.row_spacing, lattice.column_spacing,
+                                  work.plane);
         clipped[j] = work.plane.clipped_share;
+        if (shares) {
+          std::swap(clipped[j][0], clipped[j][1]);
+          shared = std::clamp(shared / job.plane->likeness(work.plane), -1.0, 1.0);
+        }
       }
       for (int k = 0; k < job.bin_count; ++k) {
-        const int bin = job.first_bin + k;
-        const auto stream_bin = static_cast<std::uint32_t>(bin);
-        const Complex* source = work.window.data();
-        std::size_t pitch = columns;
-        float scale = 1;
+        const int bin = job.first_bin + k, which = shares ? 1 : k;
+        Noise noise = drawing.noise(bin);
+        noise.shared = shared;
         if (job.plane == nullptr) {
-          draw_noise(wind.amplitudes, wind.seed, streams[component], stream_bin, grid.point_count(),
-                     work.window.data());
+          work.places.resize(lattice.place_count());
+          draw_noise(noise, work.places.size(), work.places.data());
+          drawing.take_points(bin, work.places.data(), static_cast<std::size_t>(lattice.columns), 1,
+                              work.window.data());
         } else {
-          job.plane->draw(wind.amplitudes, wind.seed, streams[component], stream_bin, k, work.plane);
-          source = work.plane.plane.data();
-          pitch = static_cast<std::size_t>(job.plane->pitch());
-          scale = work.plane.scale[static_cast<std::size_t>(k)];
-        }
-        // The coefficient at half the sampling rate is real and carries its power alone.
-        const bool real = 2 * bin == axis.sample_count;
-        for (std::size_t row = 0; row < row_factors.size(); ++row) {
-          const float factor =
-              scale * static_cast<float>(row_factors[row]) * amplitudes.at(component, bin)[row];
-          for (std::size_t i = 0; i < columns; ++i) {
-            const Complex value = factor * source[row * pitch + i];
-            work.window[row * columns + i] = real ? std::numbers::sqrt2_v<float> * value.real() : value;
-          }
+          job.plane->draw(noise, which, work.plane);
+          drawing.take_points(bin, work.plane.plane.data(), static_cast<std::size_t>(job.plane->pitch()),
+                              work.plane.scale[static_cast<std::size_t>(which)], work.window.data());
         }
         coefficients.store(static_cast<std::size_t>(bin), work.window.data());
       }
@@ -229,13 +313,14 @@ void draw_coefficients(const TurbulentWind& wind, const WindGrid& grid, const Ti
     meter.drawn(range.size(), jobs.size());
   });
 
-  const auto c = static_cast<std::size_t>(component);
+  const auto c = static_cast<std::size_t>(drawing.component);
+  const auto middle = static_cast<std::size_t>(lattice.below + lattice.grid.z_count / 2);
   double weights = 0, weighted = 0;
   for (std::size_t j = 0; j < jobs.size(); ++j) {
     for (int k = 0; k < jobs[j].bin_count; ++k) {
       const double share = clipped[j][static_cast<std::size_t>(k)];
-      const double amplitude = static_cast<double>(
-          amplitudes.at(component, jobs[j].first_bin + k)[static_cast<std::size_t>(grid.z_count / 2)]);
+      const auto amplitude =
+          static_cast<double>(drawing.amplitudes.at(drawing.component, jobs[j].first_bin + k)[middle]);
       report.clipped_share[c] = std::max(report.clipped_share[c], share);
       weights += amplitude * amplitude;
       weighted += amplitude * amplitude * share;
@@ -244,8 +329,43 @@ void draw_coefficients(const TurbulentWind& wind, const WindGrid& grid, const Ti
   if (weights > 0) report.mean_clipped_share[c] = weighted / weights;
 }
 
-void sum_in_time(const TimeAxis& axis, Coefficients& coefficients, std::vector<float>& velocity,
-                 Meter& meter) {
+// Scales the fluctuations so that at the hub, or at every point, they have this variance in the loop.
+std::array<double, 2> match_sample(Match match, std::size_t hub, const TimeAxis& axis, double variance,
+                                   Coefficients& coefficients) {
+  std::vector<double> found(coefficients.tiles * tile_points, 0.0);
+  for (std::size_t tile = 0; tile < coefficients.tiles; ++tile) {
+    for (int bin = 1; bin < axis.bin_count(); ++bin) {
+      const double sides = 2 * bin == axis.sample_count ? 1 : 2;
+      const Complex* values = coefficients.at(tile, static_cast<std::size_t>(bin));
+      for (std::size_t i = 0; i < tile_points; ++i)
+        found[tile * tile_points + i] += sides * static_cast<double>(std::norm(values[i]));
+    }
+  }
+  const auto factor_of = [&](std::size_t point) {
+    const double sample = found[match == Match::hub ? hub : point];
+    return sample > 0 ? std::sqrt(variance / sample) : 1.0;
+  };
+  std::array<double, 2> range{factor_of(hub), factor_of(hub)};
+  for (std::size_t tile = 0; tile < coefficients.tiles; ++tile) {
+    std::array<float, tile_points> factors{};
+    for (std::size_t i = 0; i < tile_points; ++i) {
+      const std::size_t point = tile * tile_points + i;
+      if (point >= coefficients.points) continue;
+      const double factor = factor_of(point);
+      range = {std::min(range[0], factor), std::max(range[1], factor)};
+      factors[i] = static_cast<float>(factor);
+    }
+    for (int bin = 1; bin < axis.bin_count(); ++bin) {
+      Complex* values = coefficients.at(tile, static_cast<std::size_t>(bin));
+      for (std::size_t i = 0; i < tile_points; ++i) values[i] *= factors[i];
+    }
+  }
+  return range;
+}
+
+// The points in time: those of the grid, and the rest, which is the tower.
+void sum_in_time(const TimeAxis& axis, std::size_t grid_points, Coefficients& coefficients,
+                 std::vector<float>& velocity, std::vector<float>& tower, Meter& meter) {
   struct Work {
     FftArray<Complex> spectra;
     FftArray<float> samples;
@@ -253,7 +373,7 @@ void sum_in_time(const TimeAxis& axis, Coefficients& coefficients, std::vector<f
   const auto steps = static_cast<std::size_t>(axis.sample_count);
   const RealSeries series(axis.sample_count, tile_points);
   const auto pitch = static_cast<std::size_t>(series.pitch());
-  const std::size_t points = coefficients.points, bins = coefficients.bins;
+  const std::size_t points = coefficients.points, bins = coefficients.bins, towers = points - grid_points;
   tbb::enumerable_thread_specific<Work> works;
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, coefficients.tiles, 1), [&](const auto& range) {
     Work& work = works.local();
@@ -266,9 +386,12 @@ void sum_in_time(const TimeAxis& axis, Coefficients& coefficients, std::vector<f
         for (std::size_t i = 0; i < tile_points; ++i) work.spectra[i * bins + bin] = of_points[i];
       }
       series.sum(work.spectra.data(), work.samples.data());
+      const std::size_t on_grid = std::min(count, grid_points - std::min(first, grid_points));
       for (std::size_t step = 0; step < steps; ++step) {
-        float* row = velocity.data() + step * points + first;
-        for (std::size_t i = 0; i < count; ++i) row[i] = work.samples[i * pitch + step];
+        float* row = velocity.data() + step * grid_points + first;
+        for (std::size_t i = 0; i < on_grid; ++i) row[i] = work.samples[i * pitch + step];
+        for (std::size_t i = on_grid; i < count; ++i)
+          tower[step * towers + (first + i - grid_points)] = work.samples[i * pitch + step];
       }
     }
     meter.summed(range.size(), coefficients.tiles);
@@ -276,7 +399,7 @@ void sum_in_time(const TimeAxis& axis, Coefficients& coefficients, std::vector<f
 }
 
 // Looks at the first bin of every domain size, where the coherence reaches furthest.
-double coherence_error(const TurbulentWind& wind, const WindGrid& grid, const TimeAxis& axis, int component,
+double coherence_error(const TurbulentWind& wind, const Lattice& lattice, const TimeAxis& axis, int component,
                        const std::vector<Job>& jobs) {
   double largest = 0;
   CoherentPlaneWork work;
@@ -286,18 +409,78 @@ double coherence_error(const TurbulentWind& wind, const WindGrid& grid, const Ti
     const CoherenceDecay decay =
         coherence_decay(wind.coherence, component, axis.frequency(jobs[j].first_bin));
     const std::array decays = {decay, decay};
-    plane->set_coherences(decays, grid.z_spacing, grid.y_spacing, work);
-    largest = std::max(largest, plane->coherence_error(decays, grid.z_spacing, grid.y_spacing, grid.z_count,
-                                                       grid.y_count, work)[0]);
+    plane->set_coherences(decays, lattice.row_spacing, lattice.column_spacing, work);
+    largest = std::max(largest, plane->coherence_error(decays, lattice.row_spacing, lattice.column_spacing,
+                                                       lattice.rows, lattice.columns, work)[0]);
   }
   return largest;
 }
 
+// Where the wind veers, along and across turn with the height.
+void turn_with_height(const MeanWind& mean, const Lattice& lattice, WindField& field) {
+  const auto turn = [&](std::size_t first_point, std::size_t count, std::vector<float>& u,
+                        std::vector<float>& v) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const double angle =
+          veer(mean, lattice.z(lattice.row_of_point(first_point + k))) * std::numbers::pi / 180;
+      if (angle == 0) continue;
+      const auto cosine = static_cast<float>(std::cos(angle)), sine = static_cast<float>(std::sin(angle));
+      for (std::size_t at = k; at < u.size(); at += count) {
+        const float along = u[at], across = v[at];
+        u[at] = cosine * along - sine * across;
+        v[at] = sine * along + cosine * across;
+      }
+    }
+  };
+  turn(0, lattice.grid.point_count(), field.velocity[0], field.velocity[1]);
+  turn(lattice.grid.point_count(), static_cast<std::size_t>(lattice.tower_count), field.tower[0],
+       field.tower[1]);
+}
+
+void check_options(const TurbulentWind& wind, const WindGrid& grid, const SynthesisOptions& options) {
+  if (!(options.padding_tolerance > 0 && options.padding_tolerance < 1)) {
+    throw InputError("padding tolerance", number_text(options.padding_tolerance), "between 0 and 1");
+  }
+  if (options.tower_count < 0 || options.tower_count > tower_points_above_ground(grid)) {
+    throw InputError("points of the tower", std::to_string(options.tower_count),
+                     "0 to " + std::to_string(tower_points_above_ground(grid)) + ", which is the ground");
+  }
+  if (options.tile && options.tower_count > 0)
+    throw InputError("tower", "under a tile", "no tower: the rows of a tile go round");
+  const double above = (wind.mean.reference_height - grid.bottom) / grid.z_spacing;
+  if (options.match == Match::hub && !(above >= -0.5 && above <= grid.z_count - 0.5)) {
+    throw InputError("match at the hub",
+                     "a reference height of " + number_text(wind.mean.reference_height) + " m",
+                     "one within the grid, " + number_text(grid.bottom) + " to " +
+                         number_text(grid.z(grid.z_count - 1)) + " m");
+  }
+}
+
 }  // namespace
+
+Match match_named(const std::string& name) {
+  if (name == "spectrum") return Match::spectrum;
+  if (name == "variance") return Match::variance;
+  if (name == "hub") return Match::hub;
+  if (name == "points") return Match::points;
+  throw InputError("match", name, "spectrum, variance, hub or points");
+}
+
+std::array<int, 2> hub_point(const WindGrid& grid) {
+  // One row may have no spacing.
+  const double row =
+      grid.z_count > 1 ? std::round((grid.reference_height - grid.bottom) / grid.z_spacing) : 0.0;
+  return {static_cast<int>(std::clamp(row, 0.0, grid.z_count - 1.0)), (grid.y_count - 1) / 2};
+}
+
+int tower_points_above_ground(const WindGrid& grid) {
+  // A hair above it does not count.
+  return static_cast<int>(std::clamp(std::ceil(grid.bottom / grid.z_spacing - 1e-6), 1.0, 1e6));
+}
 
 void check_wind_grid(const WindGrid& grid) {
   const auto check = [](bool good, const char* what, double value, const char* wanted) {
-    if (!good || !std::isfinite(value)) throw InputError(what, std::to_string(value), wanted);
+    if (!good || !std::isfinite(value)) throw InputError(what, number_text(value), wanted);
   };
   check(grid.y_count >= 1, "points across the wind", grid.y_count, "1 or more");
   check(grid.z_count >= 1, "points above each other", grid.z_count, "1 or more");
@@ -314,47 +497,58 @@ WindField synthesise_wind(const TurbulentWind& wind, const WindGrid& grid, const
                           SynthesisReport* report_wanted) {
   check_turbulent_wind(wind);
   check_wind_grid(grid);
-  if (!(options.padding_tolerance > 0 && options.padding_tolerance < 1)) {
-    throw InputError("padding tolerance", std::to_string(options.padding_tolerance), "between 0 and 1");
-  }
-  WindField field{.grid = grid, .velocity = {}};
+  check_options(wind, grid, options);
+  WindField field{.grid = grid, .velocity = {}, .tower_count = options.tower_count};
   field.grid.mean_speed = wind.mean.speed;
   field.grid.reference_height = wind.mean.reference_height;
   field.grid.periodic = true;
 
   const TimeAxis axis{grid.period(), grid.step_count};
-  const RowAmplitudes amplitudes = row_amplitudes(wind, grid, axis);
+  const Lattice lattice = lattice_of(field.grid, options.tower_count);
+  const RowAmplitudes amplitudes = row_amplitudes(wind, lattice, axis);
   const Vec3 variance = spectrum_variance(wind.spectrum);
+  const double coherency = coherency_uw(wind);
+  const auto [hub_row, hub_column] = hub_point(field.grid);
+  const auto hub = static_cast<std::size_t>(hub_row * grid.y_count + hub_column);
   SynthesisReport report;
   Meter meter(options.progress);
-  Planes planes(grid.z_count);
-  const auto rows = static_cast<std::size_t>(grid.z_count), columns = static_cast<std::size_t>(grid.y_count);
-  Coefficients coefficients(grid.point_count(), static_cast<std::size_t>(axis.bin_count()));
+  Planes planes(lattice.rows);
+  const auto rows = static_cast<std::size_t>(lattice.rows), below = static_cast<std::size_t>(lattice.below),
+             steps = static_cast<std::size_t>(grid.step_count);
+  Coefficients coefficients(lattice.point_count(), static_cast<std::size_t>(axis.bin_count()));
   for (int component = 0; component < 3; ++component) {
     const auto c = static_cast<std::size_t>(component);
     std::vector<double> factors(rows, 1.0);
-    report.resolved_share[c].assign(rows, 0.0);
+    report.resolved_share[c].assign(static_cast<std::size_t>(grid.z_count), 0.0);
     for (std::size_t row = 0; row < rows; ++row) {
       const double resolved = amplitudes.resolved_variance[c][row];
       if (resolved <= 0) continue;
-      report.resolved_share[c][row] = resolved / variance[component];
-      if (options.match_variance) factors[row] = std::sqrt(variance[component] / resolved);
+      if (row >= below) report.resolved_share[c][row - below] = resolved / variance[component];
+      if (options.match == Match::variance) factors[row] = std::sqrt(variance[component] / resolved);
     }
-    const std::vector<Job> jobs = plan_jobs(wind, grid, axis, component, options, planes);
-    std::vector<Complex> mean(grid.point_count());
+    const auto [least, most] = std::minmax_element(factors.begin(), factors.end());
+    report.match_factor[c] = {*least, *most};
+
+    const std::vector<Job> jobs =
+        plan_jobs(wind, lattice, axis, drawn_together(component, coherency), options, planes);
+    std::vector<Complex> mean(lattice.point_count());
     if (component == 0) {
-      for (std::size_t k = 0; k < mean.size(); ++k) {
-        mean[k] = static_cast<float>(mean_speed(wind.mean, grid.z(static_cast<int>(k / columns))));
-      }
+      for (std::size_t k = 0; k < mean.size(); ++k)
+        mean[k] = static_cast<float>(mean_speed(wind.mean, lattice.z(lattice.row_of_point(k))));
     }
     coefficients.store(0, mean.data());
-    draw_coefficients(wind, grid, axis, component, amplitudes, factors, jobs, coefficients, report, meter);
-    field.velocity[c].resize(grid.point_count() * static_cast<std::size_t>(grid.step_count));
-    sum_in_time(axis, coefficients, field.velocity[c], meter);
+    draw_coefficients({wind, lattice, axis, component, coherency, amplitudes, factors}, jobs, coefficients,
+                      report, meter);
+    if (options.match == Match::hub || options.match == Match::points)
+      report.match_factor[c] = match_sample(options.match, hub, axis, variance[component], coefficients);
+    field.velocity[c].resize(grid.point_count() * steps);
+    field.tower[c].resize(static_cast<std::size_t>(options.tower_count) * steps);
+    sum_in_time(axis, grid.point_count(), coefficients, field.velocity[c], field.tower[c], meter);
     if (report_wanted != nullptr && !options.tile) {
-      report.coherence_error[c] = coherence_error(wind, grid, axis, component, jobs);
+      report.coherence_error[c] = coherence_error(wind, lattice, axis, component, jobs);
     }
   }
+  if (wind.mean.profile == ProfileKind::table) turn_with_height(wind.mean, lattice, field);
   for (const auto& [size, plane] : planes.all()) {
     report.largest_rows = std::max(report.largest_rows, size.first);
     report.largest_columns = std::max(report.largest_columns, size.second);

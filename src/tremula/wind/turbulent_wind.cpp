@@ -1,11 +1,37 @@
 #include "tremula/wind/turbulent_wind.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 namespace tremula {
+namespace {
+
+double most_covariance(const TurbulentWind& wind) {
+  const double height = std::max(wind.mean.reference_height, lowest_spectrum_height);
+  return largest_covariance_uw(wind.spectrum, height, mean_speed(wind.mean, height));
+}
+
+void check_covariance(const TurbulentWind& wind) {
+  const double wanted = wind.covariance_uw;
+  if (wanted == 0) return;
+  const auto refuse = [wanted](const std::string& why) {
+    throw InputError("covariance of u and w", number_text(wanted) + " m^2/s^2", why);
+  };
+  if (wind.amplitudes == Amplitudes::phases_only) refuse("none where amplitudes are phases only");
+  if (wind.coherence.iec_for_u_only && wind.coherence.kind == CoherenceKind::iec)
+    refuse("none where only u is coherent");
+  const double most = most_covariance(wind);
+  if (std::isfinite(wanted) && std::abs(wanted) <= most) return;
+  const Vec3 deviation = spectrum_variance(wind.spectrum).cwiseSqrt();
+  refuse("at most " + number_text(most) +
+         " in size, which these spectra allow (their deviations multiply to " +
+         number_text(deviation[0] * deviation[2]) + ")");
+}
+
+}  // namespace
 
 TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity, SpectrumKind spectrum,
                              IecEdition edition) {
@@ -25,6 +51,11 @@ void check_turbulent_wind(const TurbulentWind& wind) {
   check_mean_wind(wind.mean);
   check_spectrum(wind.spectrum);
   check_coherence(wind.coherence);
+  check_covariance(wind);
+}
+
+double coherency_uw(const TurbulentWind& wind) {
+  return wind.covariance_uw == 0 ? 0 : wind.covariance_uw / most_covariance(wind);
 }
 
 Vec3 spectrum_at(const TurbulentWind& wind, double height, double frequency) {

@@ -21,6 +21,9 @@ struct TurbulentWind {
   MeanWind mean = {};
   SpectrumModel spectrum = {};
   Coherence coherence = {};
+  // Of u and w at a point, at all heights [(m/s)^2]: -u*^2 where the ground draws momentum from the wind. 0:
+  // they know nothing of each other.
+  double covariance_uw = 0;
   Amplitudes amplitudes = Amplitudes::gaussian;
   std::uint64_t seed = 1;
 };
@@ -34,7 +37,13 @@ TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity,
 TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity, SpectrumKind spectrum,
                              CoherenceKind coherence, IecEdition edition = IecEdition::third);
 
-void check_turbulent_wind(const TurbulentWind& wind);  // throws InputError
+// Throws InputError; also for a covariance of u and w beyond what their spectra allow, or beside amplitudes
+// of phases only (two waves of one size cannot be correlated in part) or coherence of u alone.
+void check_turbulent_wind(const TurbulentWind& wind);
+
+// What part of w is the same gust as u, at every frequency alike: the covariance over the most it could be
+// (largest_covariance_uw), -1 to 1.
+double coherency_uw(const TurbulentWind& wind);
 
 // Where spectra that depend on the height end: lower points take the spectrum of this height [m].
 inline constexpr double lowest_spectrum_height = 0.5;

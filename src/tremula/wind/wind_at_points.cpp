@@ -1,6 +1,7 @@
 #include "tremula/wind/wind_at_points.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/numerics/vector_math.hpp"
 #include "tremula/wind/coherent_plane.hpp"
 
@@ -125,8 +126,10 @@ struct TurbulentWindAtPoints::State {
   TurbulentWind wind;
   TimeAxis axis;
   Eigen::Index count;
-  double width, height;                  // of the box around the points, across the wind and up [m]
-  std::vector<float> along, across, up;  // from the corner of the box around the points [m]
+  double width, height;                       // of the box around the points, across the wind and up [m]
+  std::vector<float> along, across, up;       // from the corner of the box around the points [m]
+  std::vector<std::array<float, 2>> heading;  // of the mean wind at the points: cosine and sine
+  double coherency_uw;
   std::vector<std::int32_t> level;
   std::vector<float> level_share;  // of the level above
   std::vector<double> level_height, level_speed;
@@ -211,11 +214,11 @@ TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const Ti
   check_turbulent_wind(wind);
   if (!(axis.period > 0) || !std::isfinite(axis.period) || axis.sample_count < 1) {
     throw InputError("loop",
-                     std::to_string(axis.period) + " s and " + std::to_string(axis.sample_count) + " samples",
+                     number_text(axis.period) + " s and " + std::to_string(axis.sample_count) + " samples",
                      "a period above 0 s and 1 sample or more");
   }
   if (!(options.resolution > 0 && options.resolution <= 10)) {
-    throw InputError("resolution of the wind at points", std::to_string(options.resolution),
+    throw InputError("resolution of the wind at points", number_text(options.resolution),
                      "above 0, up to 10");
   }
   if (options.largest_plane < 0) {
@@ -240,6 +243,11 @@ TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const Ti
   state->up = coordinates(Vec3::UnitZ());
   state->width = largest_of(state->across);
   state->height = largest_of(state->up);
+  for (Eigen::Index k = 0; k < points.cols(); ++k) {
+    const Vec3 direction = heading_direction(wind.mean, points(2, k));
+    state->heading.push_back({static_cast<float>(direction[0]), static_cast<float>(direction[1])});
+  }
+  state->coherency_uw = tremula::coherency_uw(wind);
   state->set_levels(points);
   if (state->count > 0 && wind.mean.speed > 0) {
     const int largest = options.largest_plane > 0
@@ -270,26 +278,36 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, int draw, Work& work) con
   std::array<CoherenceDecay, 2> set = {};
   bool any_set = false;
   for (std::size_t c = 0; c < 3; ++c) {
+    Noise noise{.amplitudes = wind.amplitudes,
+                .seed = wind.seed,
+                .stream = streams[c],
+                .bin = address,
+                .shared = c == 2 ? coherency_uw : 0};
     if (!chosen.coherent[c]) {
       work.noise[c].resize(static_cast<std::size_t>(count));
-      draw_noise(wind.amplitudes, wind.seed, streams[c], address, work.noise[c].size(), work.noise[c].data());
+      draw_noise(noise, work.noise[c].size(), work.noise[c].data());
       for (std::size_t node = 0; node < columns * rows; ++node) {
         std::fill_n(work.nodes.data() + node * node_size + 2 * c, 2, 0.0F);
         std::fill_n(work.nodes.data() + node * node_size + noise_of_cell + 2 * c, 2, 0.0F);
       }
       continue;
     }
-    if (!any_set || (!same(chosen.decays[c], set[0]) && !same(chosen.decays[c], set[1]))) {
+    Noise of_plane = noise;
+    if (noise.shared != 0) {
+      set = {chosen.decays[0], chosen.decays[c]};
+      chosen.plane->set_coherences(set, chosen.row_spacing, chosen.column_spacing, work.plane);
+      of_plane.shared = std::clamp(coherency_uw / chosen.plane->likeness(work.plane), -1.0, 1.0);
+    } else if (!any_set || (!same(chosen.decays[c], set[0]) && !same(chosen.decays[c], set[1]))) {
       set = {chosen.decays[c], chosen.decays[c]};
       if (c < 2 && chosen.coherent[c + 1]) set[1] = chosen.decays[c + 1];
       any_set = true;
       chosen.plane->set_coherences(set, chosen.row_spacing, chosen.column_spacing, work.plane);
     }
     const int which = same(chosen.decays[c], set[0]) ? 0 : 1;
-    chosen.plane->draw(wind.amplitudes, wind.seed, streams[c], address, which, work.plane);
+    chosen.plane->draw(of_plane, which, work.plane);
     work.cell_noise.resize(columns * rows);
-    draw_noise(wind.amplitudes, wind.seed, streams[c], cell_bins + address, work.cell_noise.size(),
-               work.cell_noise.data());
+    noise.bin = cell_bins + address;
+    draw_noise(noise, work.cell_noise.size(), work.cell_noise.data());
     const float scale = work.plane.scale[static_cast<std::size_t>(which)];
     for (std::size_t row = 0; row < rows; ++row) {
       const std::complex<float>* from =
@@ -341,8 +359,6 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin, int draw) const {
   const std::int32_t next_row = chosen.kept_rows > 1 ? cell.row_size : 0;
   const auto turns_per_metre =
       static_cast<float>(std::min(1e9, s.axis.middle_frequency(bin) / s.wind.mean.speed));
-  const Vec3 along = heading_direction(s.wind.mean);
-  const auto cosine = static_cast<float>(along[0]), sine = static_cast<float>(along[1]);
 
   Eigen::Matrix3Xcd velocity(3, s.count);
   Corners corners;
@@ -374,6 +390,7 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin, int draw) const {
         real[c] = x * cosines[i] - y * sines[i];
         imaginary[c] = x * sines[i] + y * cosines[i];
       }
+      const auto [cosine, sine] = s.heading[point];
       auto out = velocity.col(start + i);
       out[0] =
           std::complex<float>(cosine * real[0] - sine * real[1], cosine * imaginary[0] - sine * imaginary[1]);

@@ -1,0 +1,117 @@
+// Flags: numbers within bounds, none without effect, and messages that name them.
+#include "cli/program.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace tremula {
+namespace {
+
+using test::contents;
+using test::file_count;
+using test::Outcome;
+using test::run;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+void expect_refused(const std::string& arguments, const std::vector<std::string>& parts) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, arguments);
+  EXPECT_EQ(outcome.code, 2) << arguments << "\n" << outcome.messages;
+  EXPECT_THAT(outcome.messages, StartsWith("tremula: error: ")) << arguments;
+  EXPECT_EQ(std::count(outcome.messages.begin(), outcome.messages.end(), '\n'), 1) << outcome.messages;
+  for (const std::string& part : parts) EXPECT_THAT(outcome.messages, HasSubstr(part)) << arguments;
+  EXPECT_EQ(file_count(folder), 0U) << arguments;
+}
+
+TEST(Usage, SeedsAreWholeNumbersOf64Bits) {
+  const std::string range = "a whole number, 0 to 18446744073709551615";
+  for (const std::string command :
+       {"animate stam-17 -o a.csv", "grow stam-17 -o a.swc", "wind --report r.json"}) {
+    for (const std::string seed : {"-1", "18446744073709551616", "1.5", "x", "0x10"})
+      expect_refused(command + " --seed " + seed, {"--seed: '" + seed + "', wanted " + range});
+  }
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder, "grow stam-17 --seed 18446744073709551615 -o a.swc").code, 0);
+  // With a zero in front a number stays decimal.
+  ASSERT_EQ(run(folder, "grow sapling --seed 010 -o b.swc").code, 0);
+  ASSERT_EQ(run(folder, "grow sapling --seed 10 -o c.swc").code, 0);
+  EXPECT_EQ(contents(folder / "b.swc"), contents(folder / "c.swc"));
+}
+
+TEST(Usage, WhatIsMisspeltIsGuessed) {
+  expect_refused("annimate oak", {"no command 'annimate'", "did you mean animate?"});
+  expect_refused("animate oak --wind-sped 5 -o a.csv", {"'--wind-sped'", "did you mean --wind-speed?"});
+  expect_refused("modes oak --coutn=5", {"'--coutn'", "tremula modes", "did you mean --count?"});
+  expect_refused("modes oak --format jsno",
+                 {"--format: 'jsno', wanted one of table, json, csv", "did you mean json?"});
+  expect_refused("modes oak --zzzzzzzz 5", {"'--zzzzzzzz': no such flag of tremula modes (see"});
+}
+
+TEST(Usage, EveryMessageNamesTheFlag) {
+  expect_refused("modes oak --count", {"--count: no value, wanted a number"});
+  expect_refused("modes oak --count abc", {"--count: 'abc', wanted a whole number"});
+  expect_refused("modes oak --count 3 --count 4", {"--count: given 2 times, wanted once"});
+  expect_refused("modes oak --up-to 1e300", {"--up-to: '1e300', wanted 1e-09 to 1e+09 Hz"});
+  expect_refused("modes oak --max-memory -1", {"--max-memory: '-1', wanted bytes"});
+  expect_refused("modes oak --no-rotatory-inertia=maybe", {"--no-rotatory-inertia", "'maybe'"});
+  expect_refused("modes oak ash", {"'ash': one argument too many"});
+  expect_refused("animate oak -o a.csv --period 1e-16 --fps 4e16", {"1e-16", "--period"});
+  expect_refused("animate oak -o a.csv --youngs-modulus 1e-25 --shear-modulus 1e-25",
+                 {"--youngs-modulus: '1e-25'"});
+  expect_refused("animate oak -o ''", {"--output: '', wanted a value"});
+  expect_refused("animate oak --report ''", {"--report: '', wanted a value"});
+  expect_refused("wind --report r.json --decay-y 1,2", {"--decay-y: 2 values, wanted 3"});
+}
+
+TEST(Usage, FlagsWithoutEffectAreRefused) {
+  const std::string animate = "animate stam-17 -o a.csv ";
+  for (const std::string flag : {"--wind-speed 5",         "--reference-height 8",
+                                 "--terrain open",         "--seed 3",
+                                 "--spectrum iec-kaimal",  "--coherence iec",
+                                 "--profile log",          "--turbulence-intensity 0.1",
+                                 "--friction-velocity 1",  "--power-exponent 0.1",
+                                 "--roughness-length 0.1", "--displacement 1",
+                                 "--canopy-height 1",      "--canopy-decay 1",
+                                 "--decay-y 1,2,3",        "--decay-z 1,2,3",
+                                 "--amplitudes phases",    "--transfer sampled",
+                                 "--correlation-time 1",   "--correlation-length 1"}) {
+    const std::string name = flag.substr(0, flag.find(' '));
+    expect_refused(animate + "--wind field.bts " + flag, {name + ": given with --wind field.bts"});
+  }
+  for (const std::string flag :
+       {"--spectrum iec-kaimal", "--coherence iec", "--decay-y 1,2,3", "--amplitudes phases"}) {
+    expect_refused(animate + "--wind stam " + flag, {": given with --wind stam"});
+  }
+  expect_refused(animate + "--correlation-time 2", {"--correlation-time: given with --wind turbulent"});
+  expect_refused("animate stam-17 -o a.glb --frames 3", {"--frames", "-o FILE.csv"});
+  expect_refused("animate stam-17 --report r.json --format csv", {"--format: given without -o"});
+  expect_refused(animate + "--damping-ratio 0.1 --mass-damping 1",
+                 {"--damping-ratio: given with --mass-damping"});
+  expect_refused(animate + "--damping-ratio 0.1 --stiffness-damping 1",
+                 {"--damping-ratio: given with --stiffness-damping"});
+  expect_refused(animate + "--mass-damping 1 --stiffness-damping 1", {"--stiffness-damping"});
+  expect_refused(animate + "--power-exponent 0.3", {"--power-exponent: given with --profile log"});
+  expect_refused(animate + "--profile power --roughness-length 0.3",
+                 {"--roughness-length: given with --profile power"});
+  expect_refused(animate + "--canopy-decay 3", {"--canopy-decay", "--canopy-height"});
+  expect_refused(animate + "--loads paper --leaf-drag-coefficient 1",
+                 {"--leaf-drag-coefficient: given with --loads paper"});
+  expect_refused("modes oak --count 3 --up-to 5", {"--count: given with --up-to"});
+  expect_refused("modes stam-17 --method dense --tolerance 1e-9", {"--tolerance: given with --method dense"});
+  expect_refused("grow --list --seed 3", {"--seed: given with --list"});
+}
+
+TEST(Usage, NoNumericFlagMakesTheProgramAnswerBadly) {
+  const std::string sweep = (test::data_folder() / "../tools/sweep_flags.py").string();
+  if (!std::filesystem::exists(sweep)) GTEST_SKIP() << "no " << sweep;
+  const test::TemporaryFolder folder;
+  const std::string command =
+      "python3 '" + sweep + "' '" TREMULA_PROGRAM "' animate modes grow > '" + (folder / "found") + "' 2>&1";
+  EXPECT_EQ(std::system(command.c_str()), 0) << contents(folder / "found");
+}
+
+}  // namespace
+}  // namespace tremula

@@ -1,0 +1,81 @@
+// What a program may hand over by mistake: an error that says what is wrong, and no crash.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "trees.hpp"
+#include "tremula/base/error.hpp"
+#include "tremula/dynamics/damping.hpp"
+#include "tremula/dynamics/modal_load_spectrum.hpp"
+#include "tremula/dynamics/motion_statistics.hpp"
+#include "tremula/dynamics/reconfiguration.hpp"
+#include "tremula/dynamics/response.hpp"
+#include "tremula/dynamics/static_correction.hpp"
+#include "tremula/modes/solve_modes.hpp"
+
+namespace tremula {
+namespace {
+
+struct Scene {
+  Skeleton skeleton = test::random_tree(6, 2);
+  Structure structure = assemble(skeleton, {});
+  Modes modes = solve_modes(structure, {.count = 3});
+  Loads loads = linearise_loads(skeleton, structure, Eigen::Matrix3Xd::Ones(3, 6));
+};
+
+TEST(Dynamics, RefusesLoadsOfAnotherPlant) {
+  const Scene own;
+  const Skeleton skeleton = test::random_tree(9, 2);
+  const Structure structure = assemble(skeleton, {});
+  Loads loads = own.loads;
+  EXPECT_THROW(linearise_loads(own.skeleton, own.structure, Eigen::Matrix3Xd::Ones(3, 5)), InputError);
+  EXPECT_THROW(linearise_loads(own.skeleton, structure, Eigen::Matrix3Xd::Ones(3, 6)), InputError);
+  EXPECT_THROW(mean_force(structure, loads), InputError);
+  EXPECT_THROW(fluctuating_force(own.structure, loads, Eigen::Matrix3Xd::Ones(3, 5)), InputError);
+  EXPECT_THROW(modal_participation(structure, loads, own.modes.shapes), InputError);
+  EXPECT_THROW(modal_participation(own.structure, loads, Eigen::MatrixXd::Ones(7, 3)), InputError);
+  EXPECT_THROW(aerodynamic_damping(skeleton, structure, loads, own.modes.shapes), InputError);
+  EXPECT_THROW(lean_and_reconfigure(structure, {}, loads), InputError);
+  EXPECT_THROW(static_shapes(structure, loads, own.modes), InputError);
+  loads.leaf_branch = {99};
+  loads.leaf_per_velocity = {Mat3::Identity()};
+  EXPECT_THROW(mean_force(own.structure, loads), InputError);
+  EXPECT_THROW(aerodynamic_damping(own.skeleton, own.structure, loads, own.modes.shapes), InputError);
+}
+
+TEST(Dynamics, RefusesSizesThatDoNotAgree) {
+  const Scene scene;
+  const TimeAxis axis{.period = 2, .sample_count = 16};
+  const Eigen::VectorXd lean = Eigen::VectorXd::Zero(36);
+  EXPECT_THROW(respond(scene.modes, Eigen::MatrixXcd::Zero(5, 3), axis, {}, lean), InputError);
+  EXPECT_THROW(respond(scene.modes, Eigen::MatrixXcd::Zero(9, 4), axis, {}, lean), InputError);
+  const auto wind = [](int) { return Eigen::Matrix3Xcd::Zero(3, 5).eval(); };
+  EXPECT_THROW(project_loads(Eigen::MatrixXd::Zero(18, 3), axis, wind), InputError);
+  EXPECT_THROW(project_loads(Eigen::MatrixXd::Zero(15, 3), {.period = 2, .sample_count = 0}, wind),
+               InputError);
+  EXPECT_THROW(motion_statistics(scene.structure, scene.modes, Motion{}), InputError);
+  EXPECT_THROW(modal_load_spectrum({}, Eigen::Matrix3Xd::Ones(3, 6), Eigen::MatrixXd::Ones(17, 3), 1),
+               InputError);
+  EXPECT_THROW(modal_load_spectrum({}, Eigen::Matrix3Xd::Ones(3, 6), Eigen::MatrixXd::Ones(18, 3), 0),
+               InputError);
+  EXPECT_THROW(draw_modal_forces(Eigen::MatrixXcd::Zero(3, 2), 2, 1, 1), InputError);
+  EXPECT_THROW(draw_modal_forces(Eigen::MatrixXcd::Zero(3, 3), 2, 1, 1, 0), InputError);
+}
+
+TEST(Dynamics, RefusesSystemsThatAreNone) {
+  const TimeAxis axis{.period = 2, .sample_count = 16};
+  ModalSystem system{.omega = Eigen::VectorXd::Ones(3), .damping = Eigen::MatrixXd::Identity(3, 3)};
+  EXPECT_NO_THROW(BinTransfer(system, axis, Transfer::sampled));
+  system.omega[1] = 0;
+  EXPECT_THROW(BinTransfer(system, axis, Transfer::sampled), InputError);
+  system.omega = Eigen::VectorXd::Ones(2);
+  EXPECT_THROW(find_poles(system), InputError);
+  system.omega = Eigen::VectorXd::Ones(3);
+  system.damping(0, 0) = NAN;
+  EXPECT_THROW(find_poles(system), InputError);
+  system.damping = Eigen::MatrixXd::Identity(3, 2);
+  EXPECT_THROW(find_poles(system), InputError);
+}
+
+}  // namespace
+}  // namespace tremula

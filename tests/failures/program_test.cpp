@@ -1,0 +1,82 @@
+// The program on a disk that fails: exit code 1, one line that says so, and none of its outputs.
+#ifdef TREMULA_PROGRAM
+
+#include <ostream>
+
+#include <gtest/gtest.h>
+
+#include "cli/program.hpp"
+
+namespace tremula {
+namespace {
+
+using test::TemporaryFolder;
+
+const std::string tree = "1 1 0 0 0 0.1 -1\n2 2 0 0 1 0.08 1\n3 2 0.5 0 2 0.05 2\n4 2 -0.5 0 2 0.05 2\n";
+
+// As test::run, with the n-th writing call of the program failing.
+test::Outcome run_with_failing_call(const TemporaryFolder& folder, const std::string& arguments, int n) {
+  ::setenv("LD_PRELOAD", TREMULA_FAILING_CALLS, 1);
+  ::setenv("TREMULA_FAIL_WRITE_CALL", std::to_string(n).c_str(), 1);
+  const test::Outcome outcome = test::run(folder, arguments);
+  ::unsetenv("LD_PRELOAD");
+  ::unsetenv("TREMULA_FAIL_WRITE_CALL");
+  return outcome;
+}
+
+bool can_preload() {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  return false;
+#else
+  return true;
+#endif
+}
+
+struct Case {
+  const char* name;
+  const char* arguments;
+  std::size_t outputs;
+};
+
+std::ostream& operator<<(std::ostream& out, const Case& one) { return out << one.name; }
+
+class Program : public testing::TestWithParam<Case> {};
+
+TEST_P(Program, ExitsWithOneAndLeavesNoOutputWhereverAWriteFails) {
+  if (!can_preload()) GTEST_SKIP() << "sanitizers want to be loaded first";
+  int failed = 0;
+  for (int n = 1;; ++n) {
+    SCOPED_TRACE("call " + std::to_string(n));
+    ASSERT_LT(n, 1000);
+    const TemporaryFolder folder;
+    std::ofstream(folder / "tree.swc") << tree;
+    const test::Outcome outcome = run_with_failing_call(folder, GetParam().arguments, n);
+    if (outcome.code == 0) {
+      EXPECT_EQ(test::file_count(folder), 1 + GetParam().outputs);
+      break;
+    }
+    ++failed;
+    ASSERT_EQ(outcome.code, 1) << outcome.messages;
+    const std::size_t line = outcome.messages.rfind("tremula: error: ");
+    ASSERT_NE(line, std::string::npos) << outcome.messages;
+    ASSERT_EQ(outcome.messages.find('\n', line), outcome.messages.size() - 1) << outcome.messages;
+    ASSERT_EQ(test::file_count(folder), 1U) << outcome.messages;
+  }
+  EXPECT_GE(failed, 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Every, Program,
+    testing::Values(
+        Case{"Animate",
+             "animate tree.swc -o a.glb -o b.csv -o c.png --report d.json --modes 2 --period 1 --fps 8", 4},
+        Case{"Grow", "grow stam-17 -o a.swc", 1},
+        Case{"Modes", "modes tree.swc --count 3 -o a.json --plot b.svg", 2},
+        Case{"ModesToStdout", "modes tree.swc --count 3", 0}, Case{"InfoToStdout", "info tree.swc", 0},
+        Case{"Wind", "wind --speed 8 --steps 16 --points 2x2 -o a.bts -o b.vti --report c.json", 3}),
+    [](const auto& instance) { return instance.param.name; });
+
+}  // namespace
+}  // namespace tremula
+
+#endif
