@@ -60,11 +60,9 @@ struct AnimateCommand {
 Wind AnimateCommand::chosen_wind() const {
   if (wind == "turbulent") return wind_flags.wind();
   if (is_stam()) {
-    double intensity = wind_flags.turbulence_intensity.value_or(default_turbulence_intensity);
-    if (wind_flags.friction_velocity)
-      intensity = std::sqrt(6.0) * *wind_flags.friction_velocity / wind_flags.speed;
-    StamWind stam{.mean = wind_flags.mean_wind(),
-                  .turbulence_intensity = intensity,
+    const MeanWind mean = wind_flags.mean_wind();
+    StamWind stam{.mean = mean,
+                  .turbulence_intensity = wind_flags.intensity(mean),
                   .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
                   .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
                   .seed = wind_flags.seed};
@@ -229,18 +227,26 @@ void check_size(const LoopSize& size, const std::vector<const LoopFormat*>& form
   }
 }
 
+Json describe(const Sway& sway) {
+  return {{"largest_m", sway.displacement},
+          {"largest_rotation_rad", sway.rotation},
+          {"most_moved_branch", sway.branch},
+          {"coordinates_m_sqrt_kg", std::vector<double>(sway.coordinates.begin(), sway.coordinates.end())}};
+}
+
 Json describe(const MotionStatistics& statistics) {
   return {{"largest_lean_m", statistics.largest_lean},
           {"largest_lean_rotation_rad", statistics.largest_lean_rotation},
-          {"largest_rms_m", statistics.largest_rms},
-          {"largest_rms_rotation_rad", statistics.largest_rms_rotation},
-          {"most_moved_branch", statistics.most_moved_branch}};
+          {"rms_about_lean", describe(statistics.about_lean)},
+          {"rms_about_loop_mean", describe(statistics.about_mean)},
+          {"largest_stretch", statistics.largest_stretch},
+          {"most_stretched_branch", statistics.most_stretched_branch}};
 }
 
 Json AnimateCommand::describe_wind(const Wind& chosen) const {
   if (const auto* turbulent = std::get_if<TurbulentWind>(&chosen)) return describe(wind_flags, *turbulent);
   if (const auto* stam = std::get_if<StamWind>(&chosen)) {
-    return {{"speed_m_s", stam->mean.speed},
+    return {{"wind_speed_m_s", stam->mean.speed},
             {"reference_height_m", stam->mean.reference_height},
             {"profile", wind_flags.profile},
             {"roughness_length_m", stam->mean.roughness_length},
@@ -250,10 +256,13 @@ Json AnimateCommand::describe_wind(const Wind& chosen) const {
             {"correlation_length_m", stam->correlation_length}};
   }
   const WindGrid& grid = std::get<GivenWind>(chosen).field->grid;
-  return {{"mean_speed_m_s", grid.mean_speed},
+  const ReferenceWind reference = at_reference_height(chosen);
+  return {{"wind_speed_m_s", reference.speed},
+          {"reference_height_m", reference.height},
+          {"heading_deg", reference.heading},
+          {"turbulence_intensity", reference.intensity ? Json(*reference.intensity) : Json()},
           {"period_s", grid.period()},
-          {"points", {grid.y_count, grid.z_count}},
-          {"heading_deg", wind_flags.heading}};
+          {"points", {grid.y_count, grid.z_count}}};
 }
 
 Json AnimateCommand::report_of(const Plant& plant, const BakeOptions& options, const Weather& conditions,
@@ -339,18 +348,19 @@ void AnimateCommand::run(const CLI::App& flags) const {
   std::vector<std::string> of_wind;
   const Motion motion = set_in_motion(subject, conditions, progress, &of_wind);
   log.finish();
-  const MotionStatistics statistics = motion_statistics(subject.modes, motion);
+  const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
   warn(of_wind);
   warn(advice(subject, conditions, statistics));
 
+  const ReferenceWind reference = at_reference_height(conditions.wind);
   const Loop loop{subject,
                   motion,
                   surface,
                   frames_for_poses,
                   {.name = plant.name,
                    .frames_per_second = frames_per_second,
-                   .wind_speed = wind_flags.speed,
-                   .heading = wind_flags.heading,
+                   .wind_speed = reference.speed,
+                   .heading = reference.heading,
                    .seed = wind_flags.seed}};
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     log.begin("write ." + std::string(formats[i]->name));

@@ -4,6 +4,7 @@
 #include "tremula/base/number_text.hpp"
 #include "tremula/io/profile_table.hpp"
 #include "tremula/io/spectrum_table.hpp"
+#include "tremula/wind/point_wind.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -83,6 +84,10 @@ SpectrumModel spectrum_from_file(const std::string& path) {
   return table_spectrum(read_spectrum_table(path));
 }
 
+bool takes_lengths(SpectrumKind kind) {
+  return kind == SpectrumKind::iec_kaimal || kind == SpectrumKind::von_karman;
+}
+
 void override_decay(const std::vector<double>& given, const char* flag, CoherenceKind kind,
                     std::array<double, 3>& decay) {
   if (given.empty()) return;
@@ -132,6 +137,9 @@ void WindFlags::add_to(CLI::App& command, bool with_heading) {
   add(of_turbulence, "--coherence", coherence,
       "How far gusts reach: shinya-fournier, iec, davenport or none (default: iec with iec-kaimal and "
       "von-karman, else shinya-fournier)");
+  add(of_turbulence, "--iec-edition", iec_edition,
+      "Of IEC 61400-1, for the lengths of iec-kaimal and von-karman and the coherence iec: 2 or 3")
+      ->default_str("3");
   add(of_mean, "--terrain", terrain,
       "What the ground is: " + terrain_names() +
           ". Sets roughness, displacement, canopy and with them the intensity, as far as they are not given");
@@ -241,6 +249,7 @@ MeanWind WindFlags::mean_wind() const {
 
 double WindFlags::intensity(const MeanWind& mean) const {
   if (turbulence_intensity) return *turbulence_intensity;
+  if (friction_velocity && *friction_velocity == 0) return 0;
   if (friction_velocity && !(mean.speed > 0))
     throw InputError("--friction-velocity", "given with a wind speed of 0", "a wind, or no turbulence");
   if (friction_velocity) return std::sqrt(6.0) * *friction_velocity / mean.speed;
@@ -262,8 +271,9 @@ TurbulentWind WindFlags::wind() const {
   refuse_beside_table(sigma_ratio_v.has_value(), "--sigma-ratio-v");
   refuse_beside_table(sigma_ratio_w.has_value(), "--sigma-ratio-w");
 
+  const IecEdition edition = tremula::iec_edition(iec_edition.value_or(3));
   TurbulentWind wind =
-      turbulent_wind(mean, model ? intensity(mean) : 0, model.value_or(SpectrumKind::simiu_scanlan));
+      turbulent_wind(mean, model ? intensity(mean) : 0, model.value_or(SpectrumKind::simiu_scanlan), edition);
   if (!model) wind.spectrum = spectrum_from_file(spectrum);
   const auto checked = [](const char* flag, double value) {
     if (!(value >= 0 && value <= 10)) throw InputError(flag, number_text(value), "0 to 10");
@@ -279,7 +289,12 @@ TurbulentWind WindFlags::wind() const {
   const bool own = sigma_ratio_v || sigma_ratio_w || turbulence_intensity_v || turbulence_intensity_w;
   if (own) wind.spectrum = with_deviations(wind.spectrum, deviation);
   wind.covariance_uw = covariance_uw;
-  if (coherence) wind.coherence = coherence_model(coherence_named(lowered(*coherence)), mean);
+  if (coherence) wind.coherence = coherence_model(coherence_named(lowered(*coherence)), mean, edition);
+  if (iec_edition && !takes_lengths(wind.spectrum.kind) && wind.coherence.kind != CoherenceKind::iec) {
+    throw InputError("--iec-edition",
+                     "given with " + spectrum + " and coherence " + tremula::name_of(wind.coherence.kind),
+                     "iec-kaimal, von-karman or the coherence iec, whose lengths it sets");
+  }
   override_decay(decay_y, "--decay-y", wind.coherence.kind, wind.coherence.decay_y);
   override_decay(decay_z, "--decay-z", wind.coherence.kind, wind.coherence.decay_z);
   wind.amplitudes = amplitudes == "phases" ? Amplitudes::phases_only : Amplitudes::gaussian;
@@ -291,10 +306,6 @@ TurbulentWind WindFlags::wind() const {
 std::string WindFlags::spectrum_name() const {
   const std::optional<SpectrumKind> model = model_named(spectrum);
   return model ? tremula::name_of(*model) : spectrum;
-}
-
-double turbulence_intensity_of(const TurbulentWind& wind) {
-  return wind.mean.speed > 0 ? std::sqrt(spectrum_variance(wind.spectrum)[0]) / wind.mean.speed : 0;
 }
 
 Json describe(const WindFlags& flags, const TurbulentWind& wind) {
@@ -312,7 +323,7 @@ Json describe(const WindFlags& flags, const TurbulentWind& wind) {
                {"displacement_m", mean.displacement},
                {"canopy_height_m", mean.canopy_height},
                {"canopy_decay", mean.canopy_decay},
-               {"turbulence_intensity", turbulence_intensity_of(wind)},
+               {"turbulence_intensity", at_reference_height(wind).intensity.value_or(0)},
                {"deviation_m_s", by_component(Vec3(spectrum_variance(wind.spectrum).cwiseSqrt()))},
                {"covariance_uw_m2_s2", wind.covariance_uw}};
   for (const ProfileRow& row : mean.table)
@@ -320,8 +331,9 @@ Json describe(const WindFlags& flags, const TurbulentWind& wind) {
         {{"height_m", row.height}, {"speed_m_s", row.speed}, {"turn_deg", row.turn}});
   if (wind.spectrum.kind == SpectrumKind::simiu_scanlan)
     json["friction_velocity_m_s"] = wind.spectrum.friction_velocity;
-  if (wind.spectrum.kind == SpectrumKind::iec_kaimal || wind.spectrum.kind == SpectrumKind::von_karman)
-    json["length_m"] = by_component(wind.spectrum.length);
+  if (takes_lengths(wind.spectrum.kind)) json["length_m"] = by_component(wind.spectrum.length);
+  if (takes_lengths(wind.spectrum.kind) || coherence.kind == CoherenceKind::iec)
+    json["iec_edition"] = flags.iec_edition.value_or(3);
   if (coherence.kind == CoherenceKind::shinya_fournier || coherence.kind == CoherenceKind::davenport) {
     json["decay_y"] = by_component(coherence.decay_y);
     json["decay_z"] = by_component(coherence.decay_z);
@@ -344,7 +356,7 @@ std::string terrain_table() {
       std::snprintf(canopy, sizeof canopy, "%15g %12g", terrain.canopy_height, terrain.canopy_decay);
     std::snprintf(line, sizeof line, "%-12s %18g %14g %s %17.2f\n", terrain.name.c_str(),
                   terrain.roughness_length, terrain.displacement, canopy,
-                  tremula::turbulence_intensity_of(mean_wind_over(terrain, 10)));
+                  turbulence_intensity_of(mean_wind_over(terrain, 10)));
     table += line;
   }
   return table;

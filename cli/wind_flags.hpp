@@ -18,6 +18,7 @@ struct WindFlags {
   std::string profile = "log", spectrum = "simiu-scanlan", amplitudes = "gaussian";
   std::optional<std::string> coherence, terrain;
   std::optional<double> turbulence_intensity, friction_velocity;  // default_turbulence_intensity, or terrain
+  std::optional<int> iec_edition;
   std::optional<double> turbulence_intensity_v, turbulence_intensity_w, sigma_ratio_v, sigma_ratio_w;
   double covariance_uw = 0;
   std::optional<double> power_exponent, roughness_length, displacement, canopy_height, canopy_decay;
@@ -48,9 +49,6 @@ inline constexpr double default_turbulence_intensity = 0.2;
 
 // The numbers that count, whether given or taken from models and terrain. With the wind the flags made.
 Json describe(const WindFlags& flags, const TurbulentWind& wind);
-
-// sigma_u over the mean speed at the reference height, whatever the spectrum.
-double turbulence_intensity_of(const TurbulentWind& wind);
 
 // The terrains with their numbers, a line each.
 std::string terrain_table();

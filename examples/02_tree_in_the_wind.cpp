@@ -21,9 +21,9 @@ int main() {
     weather.wind = turbulent_wind({.speed = speed}, 0.2);
     weather.loop = {.period = 20, .sample_count = 600};
     const Motion motion = set_in_motion(subject, weather);
-    const MotionStatistics statistics = motion_statistics(subject.modes, motion);
+    const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
     std::printf("wind %.0f m/s: lean %.3f m, sway %.3f m rms\n", speed, statistics.largest_lean,
-                statistics.largest_rms);
+                statistics.about_lean.displacement);
 
     // 3. The loop closes, and any instant can be had directly.
     const Displacement at_start = displacement_at(subject.modes, motion, 0);

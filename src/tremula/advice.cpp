@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <numbers>
 
 namespace tremula {
 namespace {
@@ -14,24 +13,17 @@ std::string print(const char* format, Numbers... numbers) {
   return text;
 }
 
-// What a wind is like, as far as its kind knows.
-struct Summary {
-  double intensity = 0;
-  std::function<double(double frequency)> spectrum = {};  // S_u half way up the plant
-};
-
-Summary summary_of(const Wind& wind, double height) {
-  if (const auto* turbulent = std::get_if<TurbulentWind>(&wind); turbulent && turbulent->mean.speed > 0) {
-    return {std::sqrt(spectrum_variance(turbulent->spectrum)[0]) / turbulent->mean.speed,
-            [turbulent, height](double frequency) { return spectrum_at(*turbulent, height, frequency)[0]; }};
+// S_u of a wind at a height, where its kind has one and something blows there.
+std::function<double(double frequency)> spectrum_of(const Wind& wind, double height) {
+  if (const auto* turbulent = std::get_if<TurbulentWind>(&wind)) {
+    if (!(spectrum_variance(turbulent->spectrum)[0] > 0)) return {};
+    return [turbulent, height](double frequency) { return spectrum_at(*turbulent, height, frequency)[0]; };
   }
-  if (const auto* stam = std::get_if<StamWind>(&wind);
-      stam && stam->mean.speed > 0 && stam->rows == StamRows::unit_variance) {
+  if (const auto* stam = std::get_if<StamWind>(&wind); stam && stam->rows == StamRows::unit_variance) {
     const double speed = mean_speed(stam->mean, height);
-    if (speed <= 0) return {stam->turbulence_intensity, {}};
-    return {stam->turbulence_intensity, [height, speed](double frequency) {
-              return simiu_scanlan_spectrum(frequency, height, speed, 1)[0];
-            }};
+    if (!(speed > 0 && stam->turbulence_intensity > 0)) return {};
+    return
+        [height, speed](double frequency) { return simiu_scanlan_spectrum(frequency, height, speed, 1)[0]; };
   }
   return {};
 }
@@ -62,10 +54,10 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
               highest, 2 * nyquist, nyquist));
   }
   const Extent size = extent(subject.skeleton);
-  const Summary wind =
-      summary_of(weather.wind, std::max(lowest_spectrum_height, 0.5 * (size.high.z() - size.low.z())));
-  if (wind.spectrum) {
-    const double share = share_between(wind.spectrum, 0.5 / weather.loop.period, nyquist);
+  const auto spectrum =
+      spectrum_of(weather.wind, std::max(lowest_spectrum_height, 0.5 * (size.high.z() - size.low.z())));
+  if (spectrum) {
+    const double share = share_between(spectrum, 0.5 / weather.loop.period, nyquist);
     if (share < 0.3) {
       lines.push_back(
           print("%.0f %% of the variance of the wind is faster than the loop of %.3g s and seen as "
@@ -73,13 +65,19 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
                 100 * share, weather.loop.period));
     }
   }
-  if (wind.intensity > 0.4) {
-    lines.push_back(
-        print("a turbulence intensity of %.2g is beyond what loads linear in the gusts describe (0.4)",
-              wind.intensity));
+  const double intensity = at_reference_height(weather.wind).intensity.value_or(0);
+  if (intensity > 0.4) {
+    lines.push_back(print(
+        "a turbulence intensity of %.2g is beyond what loads linear in the gusts describe (0.4)", intensity));
   }
-  const double lean = statistics.largest_lean_rotation, rms = statistics.largest_rms_rotation;
-  if (rms > 0.3 || lean + rms > 0.75) {
+  // Bent, a branch is stretched; twisted, only its skin is: then the rotation alone tells.
+  const double lean = statistics.largest_lean_rotation, rms = statistics.about_lean.rotation;
+  if (statistics.largest_stretch > 0.05) {
+    lines.push_back(
+        print("small displacements superposed stretch branch %d by up to %.0f %%; try a lower wind speed or "
+              "stiffer wood",
+              statistics.most_stretched_branch, 100 * statistics.largest_stretch));
+  } else if (rms > 0.3 || lean + rms > 0.75) {
     lines.push_back(
         print("the wind turns branches by %.2g rad and sways them by %.2g rad rms: too far for small "
               "displacements, so stretching may show; try less wind or stiffer wood",

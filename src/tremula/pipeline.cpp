@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <string>
 
@@ -26,13 +27,27 @@ Eigen::Matrix3Xd above_ground(const Skeleton& skeleton, Eigen::Matrix3Xd points)
 }
 
 void check_loop(const TimeAxis& loop) {
-  if (!std::isfinite(loop.period) || loop.period <= 0 || loop.period > 1e6) {
-    throw InputError("period", std::to_string(loop.period), "above 0 and up to 1000000 s");
+  if (!(loop.period >= 1e-6 && loop.period <= 1e6)) {
+    char found[32];
+    std::snprintf(found, sizeof found, "%g s", loop.period);
+    throw InputError("period", found, "1e-6 to 1e6 s");
   }
   if (loop.sample_count < 1 || loop.sample_count > 1 << 24) {
     throw InputError("number of samples in the loop", std::to_string(loop.sample_count),
                      "1 to 16777216: choose another period or frame rate");
   }
+}
+
+// What numbers cannot hold must not leave as a motion.
+void check_finite(const Motion& motion, const Modes& modes) {
+  if (motion.lean.allFinite() && motion.coordinates.allFinite()) return;
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "response: the %s of modes from %.3g to %.3g Hz in a loop of %.3g s is beyond what numbers hold",
+      motion.lean.allFinite() ? "motion" : "lean", modes.frequency.minCoeff(), modes.frequency.maxCoeff(),
+      motion.period);
+  throw Error(text);
 }
 
 }  // namespace
@@ -85,6 +100,7 @@ Motion set_in_motion(const Subject& subject, const Weather& weather, const Progr
       respond(BinTransfer(system, weather.loop, transfer, wind.power), participation, weather.loop, wind,
               [&](double done) { tell(progress, "response", done); });
   motion.coordinates = samples_from_half_spectra(coordinates, weather.loop.sample_count);
+  check_finite(motion, modes);
   return motion;
 }
 

@@ -51,7 +51,7 @@ struct Weather {
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress = {});
 
 // What the user should know about a loop: modes above its highest frequency, wind that it is too short for,
-// turbulence and rotations too large for linear models. A line each.
+// turbulence too large for linear loads, branches stretched by more than 5 %. A line each.
 std::vector<std::string> advice(const Subject& subject, const Weather& weather,
                                 const MotionStatistics& statistics);
 

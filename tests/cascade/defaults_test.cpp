@@ -148,7 +148,7 @@ TEST(Defaults, GiveTheSameFrequenciesAndLeanFromTheLibraryAndFromTheProgram) {
   const auto report = nlohmann::json::parse(test::contents(folder / "report.json"));
   const Subject subject = bake(grow(parse_lsystem(find_preset("sapling").text, "sapling")).skeleton, {});
   const Motion motion = set_in_motion(subject, {});
-  const MotionStatistics statistics = motion_statistics(subject.modes, motion);
+  const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
   for (int r = 0; r < subject.modes.count(); ++r) {
     EXPECT_EQ(report["frequencies_hz"][static_cast<std::size_t>(r)], subject.modes.frequency[r]);
   }

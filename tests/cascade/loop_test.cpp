@@ -6,11 +6,13 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "trees.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/deformation/pose.hpp"
+#include "tremula/dynamics/basis.hpp"
 #include "tremula/geometry/grow.hpp"
 #include "tremula/geometry/plants.hpp"
 #include "tremula/io/pose_table.hpp"
@@ -161,7 +163,105 @@ TEST(Advice, SaysWhatTheLoopCannotShowAndWhatTheModelsCannot) {
   Weather rough = calm;
   rough.wind = turbulent_wind({.speed = 5}, 0.5);
   EXPECT_NE(lines(rough, {}).find("turbulence intensity of 0.5"), std::string::npos);
-  EXPECT_NE(lines(calm, {.largest_rms_rotation = 0.35}).find("0.35 rad rms"), std::string::npos);
+  EXPECT_NE(lines(calm, {.about_lean = {.rotation = 0.35}}).find("0.35 rad rms"), std::string::npos);
+  EXPECT_NE(
+      lines(calm, {.largest_stretch = 0.27, .most_stretched_branch = 12}).find("branch 12 by up to 27 %"),
+      std::string::npos);
+  Weather still = calm;
+  still.wind = turbulent_wind({.speed = 5}, 0);
+  still.loop = {1, 60};
+  EXPECT_EQ(lines(still, {}), "") << "no gusts, none too slow for the loop";
+}
+
+// The stretch that frame after frame of the poses has, without motion_statistics.
+double stretch_of_frames(const Subject& subject, const Motion& motion) {
+  double largest = 0;
+  for (int p = 0; p < motion.sample_count(); ++p) {
+    const Displacement u = displacement_at(subject.modes, motion, motion.period * p / motion.sample_count());
+    for (int k = 0; k < subject.skeleton.branch_count(); ++k) {
+      const Branch& branch = subject.skeleton.branches[static_cast<std::size_t>(k)];
+      const Vec3 start = branch.start + branch_point(subject.skeleton, u, k, 0).displacement;
+      const Vec3 end = branch.end + branch_point(subject.skeleton, u, k, 1).displacement;
+      largest = std::max(largest, (end - start).norm() / branch.length() - 1);
+    }
+  }
+  return largest;
+}
+
+TEST(Advice, WarnsOfPlantsThatSmallDisplacementsStretch) {
+  const auto in_a_wind_of = [](const char* preset, double speed) {
+    const Subject subject = bake(grow(parse_lsystem(find_preset(preset).text, preset)).skeleton, {});
+    Weather conditions;
+    conditions.wind = turbulent_wind({.speed = speed}, 0.2);
+    conditions.loop = {20, 120};
+    const Motion motion = set_in_motion(subject, conditions);
+    const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
+    EXPECT_NEAR(statistics.largest_stretch, stretch_of_frames(subject, motion), 1e-9);
+    std::string all;
+    for (const std::string& line : advice(subject, conditions, statistics)) all += line + '\n';
+    return std::pair{statistics.largest_stretch, all};
+  };
+  for (const auto& [preset, speed] : {std::pair{"birch", 8.0}, {"bamboo", 14.0}}) {
+    const auto [stretch, lines] = in_a_wind_of(preset, speed);
+    EXPECT_GT(stretch, 0.2) << preset;
+    EXPECT_LT(stretch, 0.5) << preset;
+    EXPECT_NE(lines.find("superposed stretch branch"), std::string::npos) << lines;
+    EXPECT_NE(lines.find("lower wind speed"), std::string::npos) << lines;
+  }
+  const auto [stretch, lines] = in_a_wind_of("sapling", 2);
+  EXPECT_LT(stretch, 0.05);
+  EXPECT_EQ(lines.find("stretch"), std::string::npos) << lines;
+}
+
+TEST(Loop, WithoutGustsIsTheLeanAloneInEveryKindOfWind) {
+  const Subject subject = sapling();
+  const MeanWind mean{.speed = 6};
+  const WindGrid grid{.y_count = 9,
+                      .z_count = 9,
+                      .step_count = 80,
+                      .y_spacing = 1,
+                      .z_spacing = 0.5,
+                      .bottom = 0.25,
+                      .step = 0.1};
+  const auto field = std::make_shared<const WindField>(synthesise_wind(turbulent_wind(mean, 0), grid));
+  for (const Wind& wind : {Wind(turbulent_wind(mean, 0)), Wind(turbulent_wind({.speed = 0}, 0.2)),
+                           Wind(StamWind{.mean = mean, .turbulence_intensity = 0}),
+                           Wind(StamWind{.mean = {.speed = 0}}), Wind(GivenWind{field})}) {
+    for (const Transfer transfer : {Transfer::bin_averaged, Transfer::sampled}) {
+      Weather without_gusts = weather;
+      without_gusts.wind = wind;
+      without_gusts.transfer = transfer;
+      without_gusts.reconfiguration.angle = 0;
+      const Motion motion = set_in_motion(subject, without_gusts);
+      // Of a field that is the same at all times the transform may leave a rounding.
+      EXPECT_LE(motion.coordinates.cwiseAbs().maxCoeff(), wind.index() == 2 ? 1e-9 : 0.0) << wind.index();
+      Eigen::Matrix3Xd points = load_points(subject.skeleton);
+      points.row(2).array() -= subject.skeleton.roots.front().z();
+      const Eigen::Matrix3Xd static_wind = wind_at_points(wind, without_gusts.loop, points).mean;
+      const Eigen::VectorXd lean = solve_static(
+          subject.structure,
+          mean_force(subject.structure, linearise_loads(subject.skeleton, subject.structure, static_wind)));
+      EXPECT_TRUE(lean.allFinite());
+      EXPECT_EQ(motion.lean, lean) << wind.index();
+    }
+  }
+}
+
+TEST(Loop, IsItsBasisTimesItsWeightsAndTheStaticShapesArePartOfIt) {
+  const Subject subject = sapling();
+  const Motion motion = set_in_motion(subject, weather);
+  ASSERT_GT(motion.static_shapes.count(), 0);
+  const Basis basis = all_shapes(subject.modes, motion);
+  double without = 0;
+  for (const double time : {0.0, 1.0, 3.21}) {
+    const Eigen::VectorXd now = weights_at(motion, time, Interpolation::linear);
+    const Displacement pose = displacement_at(subject.modes, motion, time);
+    EXPECT_LT((basis.columns * now - pose).norm(), 1e-13 * pose.norm());
+    const Eigen::VectorXd modes_alone =
+        motion.lean + subject.modes.shapes * now.segment(1, subject.modes.count());
+    without = std::max(without, (modes_alone - pose).norm() / (pose - motion.lean).norm());
+  }
+  EXPECT_GT(without, 0.01);
 }
 
 TEST(Loop, LeansDownwindAndStandsStillWithoutWind) {
@@ -204,7 +304,7 @@ TEST(Loop, ShorterThanTheSlowestModeStillIsALoop) {
 TEST(Loop, RefusesPeriodsAndRatesThatMakeNone) {
   const Subject subject = sapling();
   for (const TimeAxis& bad : {TimeAxis{0, 10}, TimeAxis{-1, 10}, TimeAxis{NAN, 10}, TimeAxis{1, 0},
-                              TimeAxis{1, 1 << 25}, TimeAxis{1e9, 10}}) {
+                              TimeAxis{1, 1 << 25}, TimeAxis{1e9, 10}, TimeAxis{1e-16, 4}}) {
     Weather refused = weather;
     refused.loop = bad;
     EXPECT_THROW(set_in_motion(subject, refused), InputError);

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -155,10 +157,80 @@ TEST(Program, AFieldFromAFileDrivesAPlant) {
   ASSERT_EQ(outcome.code, 0) << outcome.messages;
   const auto json = nlohmann::json::parse(std::ifstream(folder / "r.json"));
   EXPECT_EQ(json["settings"]["wind_settings"]["points"], (nlohmann::json{5, 5}));
-  EXPECT_GT(json["motion"]["largest_rms_m"].get<double>(), 0);
+  EXPECT_GT(json["motion"]["rms_about_lean"]["largest_m"].get<double>(), 0);
   const Outcome longer = run(folder, "animate sapling --wind f.bts --period 20 --report s.json");
   EXPECT_EQ(longer.code, 2);
   EXPECT_THAT(longer.messages, testing::HasSubstr("at most the 10 s"));
+}
+
+// The poses of a frame, without its number and time.
+std::vector<std::string> poses_of_frame(const std::string& table, const std::string& frame) {
+  std::istringstream lines(table);
+  std::vector<std::string> rows;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(frame + ",")) rows.push_back(line.substr(line.find(',', frame.size() + 1)));
+  }
+  return rows;
+}
+
+TEST(Program, AWindWithoutGustsIsTheLeanAlone) {
+  const test::TemporaryFolder folder;
+  const Outcome field = run(folder,
+                            "wind --points 5x5 --size 6x6 --center-height 4 --steps 100 --step 0.1 "
+                            "--turbulence-intensity 0 -o still.bts");
+  ASSERT_EQ(field.code, 0) << field.messages;
+  for (const std::string flags :
+       {"--turbulence-intensity 0", "--friction-velocity 0", "--wind stam --turbulence-intensity 0",
+        "--wind stam --friction-velocity 0", "--wind-speed 0 --friction-velocity 0", "--wind still.bts"}) {
+    const Outcome outcome =
+        run(folder, "animate sapling --period 10 --fps 3 -o a.csv --report r.json " + flags);
+    ASSERT_EQ(outcome.code, 0) << flags << "\n" << outcome.messages;
+    const std::string table = contents(folder / "a.csv");
+    EXPECT_THAT(table, testing::Not(HasSubstr("nan"))) << flags;
+    const std::vector<std::string> first = poses_of_frame(table, "0");
+    EXPECT_EQ(first.size(), 96U);
+    EXPECT_EQ(first, poses_of_frame(table, "17")) << flags;
+    const auto motion = nlohmann::json::parse(contents(folder / "r.json"))["motion"];
+    EXPECT_LT(motion["rms_about_lean"]["largest_m"].get<double>(), 1e-9) << flags;
+    EXPECT_EQ(motion["largest_lean_m"].get<double>() > 0.05, flags.find("speed 0") == std::string::npos);
+  }
+}
+
+TEST(Program, NumbersBeyondAllMeasureAreRefusedOrStayNumbers) {
+  expect_refused("animate sapling -o a.csv --period 1e-16 --fps 4e16", {"period", "1e-16", "1e-6"});
+  expect_refused("animate sapling -o a.csv --wind-speed 0 --friction-velocity 0.3", {"--friction-velocity"});
+  const test::TemporaryFolder folder;
+  const Outcome soft =
+      run(folder, "animate sapling --youngs-modulus 1e-25 --shear-modulus 1e-25 -o a.csv --report r.json");
+  ASSERT_EQ(soft.code, 0) << soft.messages;
+  EXPECT_THAT(soft.messages, HasSubstr("stiffer wood"));
+  EXPECT_THAT(contents(folder / "a.csv"), testing::Not(HasSubstr("nan")));
+  const auto motion = nlohmann::json::parse(contents(folder / "r.json"))["motion"];
+  EXPECT_GT(motion["rms_about_lean"]["largest_m"].get<double>(), 1);
+}
+
+TEST(Program, AFieldAsWindGivesItsOwnSpeedAndHeadingToAllThatNameThem) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder,
+                "wind --speed 12 --reference-height 8 --points 5x5 --size 6x6 --center-height 4 --steps 100 "
+                "--step 0.1 -o f.bts")
+                .code,
+            0);
+  const Outcome outcome =
+      run(folder, "animate sapling --wind f.bts --heading 30 --period 10 --fps 5 -o a.glb --report r.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  // The JSON of a .glb: its length at byte 12, itself from byte 20 on.
+  const std::string glb = contents(folder / "a.glb");
+  std::uint32_t length = 0;
+  std::memcpy(&length, glb.data() + 12, sizeof length);
+  const auto facts = nlohmann::json::parse(glb.substr(20, length))["scenes"][0]["extras"]["tremula"];
+  EXPECT_EQ(facts["wind_speed_m_s"], 12);
+  EXPECT_EQ(facts["heading_deg"], 30);
+  const auto json = nlohmann::json::parse(contents(folder / "r.json"));
+  const auto& wind = json["settings"]["wind_settings"];
+  EXPECT_NEAR(wind["wind_speed_m_s"].get<double>(), 12, 1e-6);
+  EXPECT_NEAR(wind["reference_height_m"].get<double>(), 8, 1e-6);
+  EXPECT_NEAR(wind["turbulence_intensity"].get<double>(), 0.2, 0.1);
 }
 
 TEST(Program, AStemOnASoftSpringSwaysSlower) {
@@ -270,7 +342,12 @@ TEST(Program, ReportSaysWhatWasDone) {
   EXPECT_EQ(json["settings"]["wind_settings"]["wind_speed_m_s"], 5.0);
   EXPECT_EQ(json["settings"]["samples"], 90);
   EXPECT_EQ(json["frequencies_hz"].size(), 6U);
-  EXPECT_GT(json["motion"]["largest_rms_m"].get<double>(), 0);
+  const auto& sway = json["motion"];
+  EXPECT_GT(sway["rms_about_loop_mean"]["largest_m"].get<double>(), 0);
+  EXPECT_GT(sway["rms_about_lean"]["largest_m"], sway["rms_about_loop_mean"]["largest_m"]);
+  EXPECT_EQ(sway["rms_about_lean"]["coordinates_m_sqrt_kg"].size(),
+            6U + json["settings"]["static_shapes"].get<std::size_t>());
+  EXPECT_GT(sway["largest_stretch"].get<double>(), 0);
   std::vector<std::string> stages;
   for (const auto& stage : json["stages"]) {
     stages.push_back(stage["stage"]);

@@ -53,7 +53,7 @@ TEST(Dynamics, RefusesSizesThatDoNotAgree) {
   EXPECT_THROW(project_loads(Eigen::MatrixXd::Zero(18, 3), axis, wind), InputError);
   EXPECT_THROW(project_loads(Eigen::MatrixXd::Zero(15, 3), {.period = 2, .sample_count = 0}, wind),
                InputError);
-  EXPECT_THROW(motion_statistics(scene.modes, Motion{}), InputError);
+  EXPECT_THROW(motion_statistics(scene.structure, scene.modes, Motion{}), InputError);
   EXPECT_THROW(modal_load_spectrum({}, Eigen::Matrix3Xd::Ones(3, 6), Eigen::MatrixXd::Ones(17, 3), 1),
                InputError);
   EXPECT_THROW(modal_load_spectrum({}, Eigen::Matrix3Xd::Ones(3, 6), Eigen::MatrixXd::Ones(18, 3), 0),

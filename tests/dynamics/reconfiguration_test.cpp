@@ -82,6 +82,21 @@ TEST(Reconfiguration, GustsGrowTheLoadAsALittleMoreMeanWindDoes) {
   }
 }
 
+TEST(Reconfiguration, LeavesDampingTheDragAtTheAngleWithoutItsSlope) {
+  Windy windy(8);
+  const Loads before = windy.loads;
+  const Eigen::VectorXd lean = lean_and_reconfigure(windy.structure, {.angle = 0.3}, windy.loads);
+  for (int k = 0; k < 60; ++k) {
+    const double x2 = lean.segment<3>(6 * k + 3).squaredNorm() / 0.09, factor = 1 / std::pow(1 + x2, 2);
+    const auto& now = windy.loads.branches[static_cast<std::size_t>(k)];
+    const auto& then = before.branches[static_cast<std::size_t>(k)];
+    EXPECT_LT((now.drag_per_diameter - factor * then.drag_per_diameter).norm(),
+              1e-8 * then.drag_per_diameter.norm());
+    EXPECT_LT((now.per_velocity - factor / (1 + 4 * x2 / (1 + x2)) * then.per_velocity).norm(),
+              1e-8 * then.per_velocity.norm());
+  }
+}
+
 TEST(Reconfiguration, KeepsRotationsModestWhereTheLinearLeanTurnsTreesOver) {
   Windy windy(10);
   ASSERT_GT(largest_rotation(solve_static(windy.structure, mean_force(windy.structure, windy.loads))), 6);
@@ -101,6 +116,7 @@ TEST(Reconfiguration, MoreWindNeverLeansLess) {
 TEST(Reconfiguration, RefusesAnAngleBelowZero) {
   Windy windy(1);
   EXPECT_THROW(lean_and_reconfigure(windy.structure, {.angle = -0.1}, windy.loads), InputError);
+  EXPECT_THROW(lean_and_reconfigure(windy.structure, {.angle = 1e-200}, windy.loads), InputError);
   EXPECT_THROW(
       lean_and_reconfigure(windy.structure, {.angle = std::numeric_limits<double>::quiet_NaN()}, windy.loads),
       InputError);

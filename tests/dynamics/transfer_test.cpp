@@ -1,5 +1,6 @@
 #include "tremula/dynamics/transfer.hpp"
 
+#include "tremula/base/error.hpp"
 #include "tremula/numerics/random.hpp"
 
 #include <cmath>
@@ -162,6 +163,47 @@ TEST(BinTransfer, KeepsTheJointCovarianceOfModesThatShareABinAndDampEachOther) {
       EXPECT_NEAR(found.mean, covariance, 3.5 * found.standard_error) << period << " s";
     }
   }
+}
+
+TEST(BinTransfer, OfAWindWithoutPowerIsFinite) {
+  const TimeAxis axis{10, 200};
+  const BinTransfer still(coupled_system(1), axis, Transfer::bin_averaged, [](double) { return 0.0; });
+  const BinTransfer white(coupled_system(1), axis, Transfer::bin_averaged);
+  for (const int bin : {0, 1, 6, 50, 100}) {
+    EXPECT_TRUE(still.weights(bin).pole.allFinite()) << bin;
+    EXPECT_EQ(still.weights(bin).pole, white.weights(bin).pole) << "no power is no shape of a power";
+  }
+}
+
+TEST(BinTransfer, KeepsTheMeanOverABinHoweverFarItIsFromThePoles) {
+  // Far above the mode 1/|i omega - s|^2 is omega^-2, whose mean from half a bin to one and a half is 4/3 of
+  // the width's: ((1/2)^-1 - (3/2)^-1). Differences of logarithms would leave nothing of it.
+  for (const double period : {1e-3, 1e-6, 1e-10, 1e-16}) {
+    const TimeAxis axis{period, 4};
+    const double width = 2 * pi / period;
+    const BinTransfer::Weights weights =
+        BinTransfer(oscillator(0.83, 0.05), axis, Transfer::bin_averaged).weights(1);
+    for (int pole = 0; pole < 2; ++pole)
+      EXPECT_NEAR(weights.pole.row(pole).squaredNorm() * width * width / (4.0 / 3), 1, 1e-2) << period;
+  }
+}
+
+TEST(BinTransfer, KeepsTheMeanOverABinThatASharpResonanceLiesIn) {
+  // All of it: the integral of 1/|i omega - s|^2 over a pole within the bin is pi over the decay.
+  for (const double zeta : {1e-4, 1e-6, 1e-8}) {
+    const ModalSystem system = oscillator(0.83, zeta);
+    const TimeAxis axis{10, 200};
+    const BinTransfer::Weights weights = BinTransfer(system, axis, Transfer::bin_averaged).weights(8);
+    const double decay = zeta * system.omega[0], width = 2 * pi / axis.period;
+    const double largest = weights.pole.rowwise().squaredNorm().maxCoeff();
+    EXPECT_NEAR(largest / (pi / decay / width), 1, 10 * decay / width) << zeta;
+  }
+}
+
+TEST(FindPoles, SaysWhereDampingAndFrequenciesLieTooFarApart) {
+  ModalSystem system = oscillator(1e-17, 0.05);
+  system.damping(0, 0) = 3;
+  EXPECT_THROW(find_poles(system), Error);
 }
 
 TEST(TransferFunction, SolvesTheEquationOfMotionWithDampingBetweenModes) {

@@ -58,11 +58,14 @@ void require_finite(const Subject& subject, const Motion& motion) {
   require_finite(motion.coordinates.reshaped(), "a coordinate");
   require_finite(motion.static_shapes.shapes.reshaped(), "a static shape");
   require_finite(motion.static_shapes.frequency, "the frequency of a static shape");
-  const MotionStatistics statistics = motion_statistics(modes, motion);
-  require_finite(std::array{statistics.largest_lean, statistics.largest_lean_rotation, statistics.largest_rms,
-                            statistics.largest_rms_rotation},
-                 "a statistic of the motion");
-  require_finite(statistics.coordinate_rms, "the rms of a coordinate");
+  const MotionStatistics statistics = motion_statistics(subject.structure, modes, motion);
+  require_finite(
+      std::array{statistics.largest_lean, statistics.largest_lean_rotation, statistics.largest_stretch},
+      "a statistic of the motion");
+  for (const Sway& sway : {statistics.about_lean, statistics.about_mean}) {
+    require_finite(std::array{sway.displacement, sway.rotation}, "the sway");
+    require_finite(sway.coordinates, "the rms of a coordinate");
+  }
 }
 
 void require_finite_text(std::string_view text) {

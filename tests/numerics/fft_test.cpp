@@ -79,7 +79,8 @@ TEST(RealSeries, IsTheSeriesInDoubleToTheRoundingOfFloat) {
 }
 
 TEST(PlaneSeries, EqualsTheDoubleSumTermByTermInTheRowsThatAreKept) {
-  for (const auto& [rows, columns, kept] : {std::array{1, 1, 1}, {1, 6, 1}, {5, 1, 3}, {6, 10, 4}}) {
+  for (const auto& [rows, columns, kept] :
+       {std::array{1, 1, 1}, {1, 6, 1}, {5, 1, 3}, {6, 10, 4}, {7, 56, 5}, {21, 14, 21}}) {
     const PlaneSeries series(rows, columns, kept);
     FftArray<std::complex<float>> all(series.size());
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -100,9 +101,9 @@ TEST(PlaneSeries, EqualsTheDoubleSumTermByTermInTheRowsThatAreKept) {
                 std::complex<double>(coefficients[at(k, l)]) * std::polar(1.0, 2 * std::numbers::pi * turns);
           }
         }
-        EXPECT_LT(std::abs(std::complex<double>(all[at(r, c)]) - sum), 1e-5);
+        EXPECT_LT(std::abs(std::complex<double>(all[at(r, c)]) - sum), 3e-5);
         if (r < kept) {
-          EXPECT_LT(std::abs(std::complex<double>(some[at(r, c)]) - sum), 1e-5);
+          EXPECT_LT(std::abs(std::complex<double>(some[at(r, c)]) - sum), 3e-5);
         }
       }
     }

@@ -1,6 +1,7 @@
 #include "tremula/deformation/pose.hpp"
 
 #include "tremula/base/check.hpp"
+#include "tremula/dynamics/basis.hpp"
 
 namespace tremula {
 namespace {
@@ -28,16 +29,7 @@ EndMotion start_motion(const Skeleton& skeleton, const Displacement& displacemen
 
 Displacement displacement_at(const Modes& modes, const Motion& motion, double time,
                              Interpolation interpolation) {
-  check_fit(modes, motion);
-  const Eigen::VectorXd coordinates = coordinates_at(motion, time, interpolation);
-  // Mode by mode: the same order of additions for every frame, alone or in a sequence.
-  Displacement displacement = motion.lean;
-  const Eigen::Index mode_count = motion.mode_count();
-  for (Eigen::Index r = 0; r < coordinates.size(); ++r) {
-    displacement += coordinates[r] *
-                    (r < mode_count ? modes.shapes.col(r) : motion.static_shapes.shapes.col(r - mode_count));
-  }
-  return displacement;
+  return superpose(modes, motion, weights_at(motion, time, interpolation));
 }
 
 BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s,

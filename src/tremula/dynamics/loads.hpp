@@ -30,14 +30,14 @@ struct LoadOptions {
 struct BranchLoad {
   Eigen::Matrix<double, 12, 3> per_velocity = Eigen::Matrix<double, 12, 3>::Zero();  // [N s/m, N s]
   Eigen::Matrix<double, 12, 1> mean = Eigen::Matrix<double, 12, 1>::Zero();          // [N, N m]
-  // What per_velocity is made of, for aerodynamic damping: force per velocity, length and diameter of the
-  // branch. Zero for LoadModel::paper.
+  // For aerodynamic damping: force per velocity, length and diameter of the branch, which per_velocity is
+  // made of before lean_and_reconfigure takes a part of it. Zero for LoadModel::paper.
   Mat3 drag_per_diameter = Mat3::Zero();  // [N s/m^3]
 };
 struct Loads {
   Eigen::Matrix3Xd points;           // (3 x N) middles of the branches at rest [m]
   std::vector<BranchLoad> branches;  // (N)
-  // Of every leaf, in the order of the skeleton; none for LoadModel::paper.
+  // Of every leaf, for damping too, in the order of the skeleton; none for LoadModel::paper.
   std::vector<Mat3> leaf_per_velocity = {};  // [N s/m]
   std::vector<int> leaf_branch = {};
 };

@@ -55,9 +55,16 @@ StaticShapes static_shapes(const Structure& structure, const Loads& loads, const
   if (basis.cols() == 0) return none;
   const Eigen::MatrixXd reduced_stiffness = basis.transpose() * stiffness * basis;
   const Eigen::MatrixXd reduced_mass = basis.transpose() * mass * basis;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(reduced_stiffness, reduced_mass);
-  return {solver.eigenvalues().cwiseMax(0).cwiseSqrt() / (2 * std::numbers::pi),
-          vectors * (basis * solver.eigenvectors())};
+  // M x = omega^-2 K x: K was just made to be well conditioned, M need not be.
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(reduced_mass, reduced_stiffness);
+  first = 0;
+  while (first < basis.cols() && !(solver.eigenvalues()[first] > 0)) ++first;
+  const Eigen::Index kept = basis.cols() - first;
+  if (kept == 0) return none;
+  // The lowest frequency first, and mass-normalised.
+  const Eigen::VectorXd omega = solver.eigenvalues().tail(kept).reverse().cwiseInverse().cwiseSqrt();
+  const Eigen::MatrixXd coefficients = solver.eigenvectors().rightCols(kept).rowwise().reverse();
+  return {omega / (2 * std::numbers::pi), vectors * (basis * coefficients) * omega.asDiagonal()};
 }
 
 Modes with_static_shapes(const Modes& modes, const StaticShapes& shapes) {

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include <Eigen/Eigenvalues>
@@ -24,18 +26,48 @@ constexpr double reach_in_bins = 8;
 constexpr double negligible_share = 2e-3;
 constexpr int pieces_of_a_bin = 4;
 
+std::string brief(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
+
+// ln(ratio), to all digits where the ratio is hardly more than 1 too: `more` is ratio - 1.
+Complex log_of(Complex ratio, Complex more) {
+  if (std::norm(more) > 0.25) return std::log(ratio);
+  return {0.5 * std::log1p(more.real() * (2 + more.real()) + more.imag() * more.imag()),
+          std::arg(1.0 + more)};
+}
+
 // The integrals over one piece of a bin that the means are made of, for a power that is linear in omega
-// there.
+// there. Logarithms of ratios, not differences of logarithms: a pole may lie so far from the piece, or so
+// close to another pole, that nothing would be left of these.
 struct Piece {
   double low, high, constant, slope;  // power = constant + slope * omega
 
-  // Of power / (i omega - s). The real part of i omega - s is positive, so the logarithm has no cut.
-  Complex of_pole(Complex s) const {
-    const Complex i(0, 1);
-    const Complex plain = -i * (std::log(i * high - s) - std::log(i * low - s));
-    return constant * plain - i * slope * ((high - low) + s * plain);
+  double width() const { return high - low; }
+  // Of 1 / (i omega - s), which goes round the pole by less than half a turn.
+  Complex of_plain_pole(Complex s) const {
+    const Complex i(0, 1), from = i * low - s;
+    return -i * log_of((i * high - s) / from, i * width() / from);
   }
-  double of_one() const { return (high - low) * (constant + 0.5 * slope * (high + low)); }
+  // Of power / (i omega - s).
+  Complex of_pole(Complex s) const {
+    const Complex i(0, 1), plain = of_plain_pole(s);
+    return constant * plain - i * slope * (width() + s * plain);
+  }
+  // Of power / ((i omega - s) (i omega - t)^*) = -power / ((i omega - s) (i omega - v)), v = -t^*.
+  Complex of_poles(Complex s, Complex t) const {
+    const Complex i(0, 1), v = -std::conj(t), apart = s - v;
+    const Complex far = i * high - v, near = i * low - s;
+    Complex log = log_of((i * high - s) / near * ((i * low - v) / far), i * width() / near * (apart / far));
+    // The way round both poles, 0 to a whole turn, is known but for rounding: that picks the branch.
+    const double turn = of_plain_pole(s).real() - of_plain_pole(v).real();
+    log.imag(log.imag() + 2 * pi * std::round((turn - log.imag()) / (2 * pi)));
+    const Complex plain = i * log / apart;
+    return (constant - i * slope * s) * plain + i * slope * of_plain_pole(v);
+  }
+  double of_one() const { return width() * (constant + 0.5 * slope * (high + low)); }
 };
 
 }  // namespace
@@ -85,7 +117,14 @@ Poles find_poles(const ModalSystem& system) {
     Eigen::MatrixXcd input = Eigen::MatrixXcd::Zero(2 * m, m);
     input.bottomRows(m).diagonal().setConstant(1 / unit);
     Poles poles{solver.eigenvalues(), vectors.partialPivLu().solve(input), vectors.topRows(m)};
-    if ((poles.pole.real().array() >= 0).any()) {
+    const double growth = poles.pole.real().maxCoeff();
+    if (growth >= 0 && growth < 1e-12 * poles.pole.cwiseAbs().maxCoeff()) {
+      throw Error(
+          "response: modes of " + brief(system.omega.head(m).minCoeff() / (2 * pi)) + " to " +
+          brief(unit / (2 * pi)) + " Hz damped by " + brief(system.damping.diagonal().maxCoeff()) +
+          " /s lie too far apart for double precision; choose less damping, less wind or stiffer wood");
+    }
+    if (growth >= 0) {
       throw Error(
           "response: the damping between the modes makes motion grow; lower the lift coefficient or the "
           "wind");
@@ -125,8 +164,10 @@ BinTransfer::Weights BinTransfer::weights(int bin) const {
   const auto n = static_cast<Eigen::Index>(near.size()) + 1;
   const double low = bin == 0 ? 0 : middle - 0.5 * width;
   const double high = bin == 0 ? 0.5 * width : 2 * bin == axis_.sample_count ? middle : middle + 0.5 * width;
+  // Where there is no power at all (a wind without gusts, or far above them), any shape of it will do.
+  const double in_the_middle = power_ ? power_(middle) : 0;
   const auto power = [&](double omega) {
-    return power_ ? power_(std::max(omega, 1e-3 * width)) / power_(middle) : 1.0;
+    return in_the_middle > 0 ? power_(std::max(omega, 1e-3 * width)) / in_the_middle : 1.0;
   };
   Eigen::MatrixXcd products = Eigen::MatrixXcd::Zero(n, n);
   for (int p = 0; p < pieces_of_a_bin; ++p) {
@@ -136,17 +177,19 @@ BinTransfer::Weights BinTransfer::weights(int bin) const {
     const Piece piece{from, to, at_from - slope * from, slope};
     products(0, 0) += piece.of_one();
     for (Eigen::Index a = 1; a < n; ++a) {
-      const Complex s = poles_.pole[near[static_cast<std::size_t>(a - 1)]], of_s = piece.of_pole(s);
-      products(a, 0) += of_s;
+      const Complex s = poles_.pole[near[static_cast<std::size_t>(a - 1)]];
+      products(a, 0) += piece.of_pole(s);
       for (Eigen::Index b = 1; b <= a; ++b) {
-        // 1/((i omega - s)(i omega - t)^*) = -(1/(i omega - s) + 1/(i omega - t)^*) / (s + t^*)
-        const Complex t = poles_.pole[near[static_cast<std::size_t>(b - 1)]];
-        products(a, b) += -(of_s + std::conj(piece.of_pole(t))) / (s + std::conj(t));
+        products(a, b) += piece.of_poles(s, poles_.pole[near[static_cast<std::size_t>(b - 1)]]);
       }
     }
   }
   products /= high - low;
-  const Eigen::VectorXd size = products.diagonal().real().cwiseMax(0).cwiseSqrt();
+  const Eigen::VectorXd size = products.diagonal().real().cwiseSqrt();
+  if (!(size.array() > 0).all() || !size.allFinite()) {
+    throw Error("response: at " + brief(axis_.middle_frequency(bin)) +
+                " Hz the answer of a mode is beyond what numbers hold; choose another period");
+  }
   Eigen::MatrixXcd correlation(n, n);
   for (Eigen::Index a = 0; a < n; ++a) {
     for (Eigen::Index b = 0; b <= a; ++b) correlation(a, b) = products(a, b) / (size[a] * size[b]);

@@ -9,6 +9,9 @@
 #include <vector>
 
 #ifdef TREMULA_FFT_kissfft
+#include <cmath>
+#include <numbers>
+
 #include <kissfft.hh>
 #else
 #include <fftw3.h>
@@ -54,20 +57,73 @@ Eigen::MatrixXcd half_spectra_from_samples(const Eigen::MatrixXd& samples) {
   return half_spectra;
 }
 
-// KissFFT's transforms write to a buffer of their own where a factor is 7 or more, const or not: threads need
-// copies.
+namespace {
+
+// One complex series. KissFFT has no butterfly for the factor 7 and takes a general loop, ten times slower;
+// here seven interleaved series of a seventh of the length are joined instead. Fields are made on planes
+// whose sides may have that factor (fast_length), whichever library is used.
+class Line {
+ public:
+  explicit Line(int length)
+      : sevenths_(length % 7 == 0 ? length / 7 : 0),
+        part_(static_cast<std::size_t>(sevenths_ > 0 ? sevenths_ : length), true),
+        parts_(static_cast<std::size_t>(7 * sevenths_)) {
+    for (int q = 0; q < 7; ++q) {
+      for (int k = 0; k < sevenths_; ++k)
+        turns_.push_back(std::complex<float>(std::polar(1.0, 2 * std::numbers::pi * q * k / length)));
+      cosines_[q] = static_cast<float>(std::cos(2 * std::numbers::pi * q / 7));
+      sines_[q] = static_cast<float>(std::sin(2 * std::numbers::pi * q / 7));
+    }
+  }
+
+  // Not const: this and KissFFT where a factor is 7 or more write to buffers of their own; threads need
+  // copies.
+  void sum(const std::complex<float>* in, std::complex<float>* out) {
+    if (sevenths_ == 0) return part_.transform(in, out);
+    const auto n = static_cast<std::size_t>(sevenths_);
+    for (std::size_t q = 0; q < 7; ++q) part_.transform(in + q, parts_.data() + q * n, 0, 1, 7);
+    for (std::size_t k = 0; k < n; ++k) {
+      std::complex<float> turned[7];
+      for (std::size_t q = 0; q < 7; ++q) turned[q] = times(parts_[q * n + k], turns_[q * n + k]);
+      out[k] = turned[0];
+      for (int j = 1; j < 4; ++j) out[k] += turned[j] + turned[7 - j];
+      for (int r = 1; r < 4; ++r) {
+        std::complex<float> even = turned[0], odd = 0;
+        for (int j = 1; j < 4; ++j) {
+          even += cosines_[j * r % 7] * (turned[j] + turned[7 - j]);
+          odd += sines_[j * r % 7] * (turned[j] - turned[7 - j]);
+        }
+        out[k + n * static_cast<std::size_t>(r)] = {even.real() - odd.imag(), even.imag() + odd.real()};
+        out[k + n * static_cast<std::size_t>(7 - r)] = {even.real() + odd.imag(), even.imag() - odd.real()};
+      }
+    }
+  }
+
+ private:
+  int sevenths_;  // 0: the length does not divide by 7
+  kissfft<float> part_;
+  std::vector<std::complex<float>> parts_, turns_ = {};
+  float cosines_[7], sines_[7];
+
+  // Without the detour of std::complex for infinities.
+  static std::complex<float> times(std::complex<float> a, std::complex<float> b) {
+    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+  }
+};
+
+}  // namespace
+
 struct RealSeries::Plan {
-  kissfft<float> transform;
+  Line transform;
   int batch;
 };
 
 RealSeries::RealSeries(int sample_count, int batch)
-    : sample_count_(sample_count),
-      plan_(new Plan{kissfft<float>(static_cast<std::size_t>(sample_count), true), batch}) {}
+    : sample_count_(sample_count), plan_(new Plan{Line(sample_count), batch}) {}
 
 void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
   const int count = sample_count_;
-  const kissfft<float> transform = plan_->transform;
+  Line transform = plan_->transform;
   std::vector<std::complex<float>> both(static_cast<std::size_t>(count)), series(both.size());
   // Two real series at a time, as real and imaginary part of one complex series.
   for (int b = 0; b < plan_->batch; b += 2) {
@@ -85,7 +141,7 @@ void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
         both[both.size() - bin] = std::conj(first[k]) + i * std::conj(second[k]);
       }
     }
-    transform.transform(both.data(), series.data());
+    transform.sum(both.data(), series.data());
     float* out = samples + static_cast<std::ptrdiff_t>(b) * pitch();
     for (std::size_t t = 0; t < series.size(); ++t) {
       out[t] = series[t].real();
@@ -95,29 +151,26 @@ void RealSeries::sum(std::complex<float>* half_spectra, float* samples) const {
 }
 
 struct PlaneSeries::Plan {
-  kissfft<float> along_column, along_row;
+  Line along_column, along_row;
   int kept_rows;
 
   void sum(std::complex<float>* plane, int rows, int columns, int wanted_rows, int pitch) const {
-    const kissfft<float> of_column = along_column, of_row = along_row;
+    Line of_column = along_column, of_row = along_row;
     std::vector<std::complex<float>> in(static_cast<std::size_t>(std::max(rows, columns))), out(in.size());
     for (int c = 0; c < columns; ++c) {
       for (int r = 0; r < rows; ++r) in[static_cast<std::size_t>(r)] = plane[r * pitch + c];
-      of_column.transform(in.data(), out.data());
+      of_column.sum(in.data(), out.data());
       for (int r = 0; r < wanted_rows; ++r) plane[r * pitch + c] = out[static_cast<std::size_t>(r)];
     }
     for (int r = 0; r < wanted_rows; ++r) {
       std::copy_n(plane + r * pitch, columns, in.data());
-      of_row.transform(in.data(), plane + r * pitch);
+      of_row.sum(in.data(), plane + r * pitch);
     }
   }
 };
 
 PlaneSeries::PlaneSeries(int rows, int columns, int kept_rows)
-    : rows_(rows),
-      columns_(columns),
-      plan_(new Plan{kissfft<float>(static_cast<std::size_t>(rows), true),
-                     kissfft<float>(static_cast<std::size_t>(columns), true), kept_rows}) {}
+    : rows_(rows), columns_(columns), plan_(new Plan{Line(rows), Line(columns), kept_rows}) {}
 
 void PlaneSeries::sum(std::complex<float>* plane) const {
   plan_->sum(plane, rows_, columns_, rows_, pitch());
@@ -235,16 +288,11 @@ RealSeries::~RealSeries() = default;
 PlaneSeries::~PlaneSeries() = default;
 
 int fast_length(int least) {
-#ifdef TREMULA_FFT_kissfft
-  constexpr int largest_factor = 5;  // larger ones go through a general loop, ten times slower
-#else
-  constexpr int largest_factor = 7;
-#endif
   for (int length = least;; ++length) {
     int rest = length, twos = 0;
     for (; rest % 2 == 0; rest /= 2) ++twos;
     // Measured: lengths like 56, 64 and 80 are two to four times faster, per point, than 54, 60, 72 or 100.
-    if (rest <= largest_factor && (length <= 16 || twos >= 3)) return length;
+    if (rest <= 7 && (length <= 16 || twos >= 3)) return length;
   }
 }
 

@@ -68,8 +68,9 @@ class PlaneSeries {
   std::unique_ptr<const Plan> plan_;
 };
 
-// The length from `least` on, up to twice that, whose transform is fast: few small factors, and long ones of
-// whole vectors.
+// The length from `least` on, up to twice that, whose transform is fast: a power of two times 1, 3, 5 or 7,
+// and long ones of whole vectors. The same whichever library does the transforms, for the realisation of a
+// wind depends on it.
 int fast_length(int least);
 
 }  // namespace tremula

@@ -150,7 +150,8 @@ EndDisplacements end_displacements(const Structure& structure, Eigen::Ref<const 
   return ends;
 }
 
-Vec6 foot_displacement(const Structure& structure, const Eigen::VectorXd& displacement, int branch) {
+Vec6 foot_displacement(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
+                       int branch) {
   const Shape foot = shape_at(structure.beams[index_of(branch)], 0);
   const Vec3& direction = structure.direction[index_of(branch)];
   const Split end(displacement.segment<3>(6 * branch), displacement.segment<3>(6 * branch + 3), direction);

@@ -90,6 +90,7 @@ EndDisplacements end_displacements(const Structure& structure, Eigen::Ref<const 
 
 // How the foot of a branch that stands on a root moves on its spring: translation and rotation of its start,
 // zero where the root is rigid. Times the stiffnesses it is the wrench on the ground.
-Vec6 foot_displacement(const Structure& structure, const Eigen::VectorXd& displacement, int branch);
+Vec6 foot_displacement(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
+                       int branch);
 
 }  // namespace tremula

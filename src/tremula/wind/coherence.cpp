@@ -33,13 +33,15 @@ std::string name_of(CoherenceKind kind) {
   return {};
 }
 
-Coherence coherence_model(CoherenceKind kind, const MeanWind& mean) {
+Coherence coherence_model(CoherenceKind kind, const MeanWind& mean, IecEdition edition) {
   Coherence coherence{.kind = kind, .speed = mean.speed};
   if (kind == CoherenceKind::davenport) {
     coherence.decay_y = {16, 16, 16};
     coherence.decay_z = {10, 10, 10};
   }
-  coherence.iec_length = 8.1 * 0.7 * std::min(mean.reference_height, 60.0);
+  const IecCoherence of_edition = iec_coherence(edition, mean.reference_height);
+  coherence.iec_decay = of_edition.decay;
+  coherence.iec_length = of_edition.length;
   return coherence;
 }
 

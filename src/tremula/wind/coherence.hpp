@@ -4,6 +4,7 @@
 // homogeneous field with scaled rows, which is what the synthesis by FFT needs (errata F3).
 #pragma once
 
+#include "tremula/wind/iec.hpp"
 #include "tremula/wind/profile.hpp"
 
 #include <array>
@@ -14,7 +15,7 @@ namespace tremula {
 enum class CoherenceKind {
   shinya_fournier,  // F eq. 2: a = c f/U
   davenport,        // the same form with Davenport's coefficients
-  iec,              // IEC 61400-1: 12 sqrt((f r/U)^2 + (0.12 r/L)^2)
+  iec,              // IEC 61400-1 (iec.hpp)
   none,             // every point for itself
 };
 
@@ -27,15 +28,15 @@ struct Coherence {
   double speed = 6;  // U at the reference height [m/s], for all three components (F3)
   std::array<double, 3> decay_y = {3.6, 2.4, 8};  // c_1y, c_2y and the 8 of w (F section 3.2)
   std::array<double, 3> decay_z = {6, 4, 8};      // c_1z, c_2z; F has none for w: as across, our choice
-  double iec_decay = 12;                          // of IEC 61400-1 ed. 3
-  double iec_length = 340.2;                      // its L_c [m]
+  double iec_decay = 12;                          // of IEC 61400-1: IecCoherence
+  double iec_length = 340.2;                      // [m]
   bool iec_for_u_only = false;  // as the standard has it; else v and w take the coherence of u
 };
 
 // The model with the numbers its source gives. davenport: 16 across and 10 up for all three components (Simiu
-// & Scanlan, where F's coefficients come from too). iec: L_c = 8.1 Lambda, Lambda = 0.7 z_r up to 60 m, 42 m
-// above.
-Coherence coherence_model(CoherenceKind kind, const MeanWind& mean);
+// & Scanlan, where F's coefficients come from too). iec: iec_coherence of the edition at the reference
+// height.
+Coherence coherence_model(CoherenceKind kind, const MeanWind& mean, IecEdition edition = IecEdition::third);
 
 void check_coherence(const Coherence& coherence);  // throws InputError
 

@@ -61,11 +61,13 @@ float* floats(std::complex<float>* values) { return reinterpret_cast<float*>(val
 
 }  // namespace
 
+int whole_number_from(double x) { return static_cast<int>(std::ceil(x * (1 - 1e-9))); }
+
 int periodic_length(int points, double spacing, double decay, double tolerance) {
   if (points == 1) return 1;
   const double reach = -std::log(tolerance) / (decay * spacing);
   const int twice = 2 * (points - 1);
-  return reach < points - 1 ? points - 1 + static_cast<int>(std::ceil(reach)) : twice;
+  return reach < points - 1 ? points - 1 + whole_number_from(reach) : twice;
 }
 
 void CoherentPlane::set_coherences(const std::array<CoherenceDecay, 2>& decays, double row_spacing,

@@ -26,6 +26,10 @@ namespace tremula {
 // further. 1 for one point.
 int periodic_length(int points, double spacing, double decay, double tolerance);
 
+// The next whole number from x >= 0 on, but for rounding: the last bit of a logarithm or of a distance, which
+// another machine may round otherwise, must not make another plane and with it another wind.
+int whole_number_from(double x);
+
 // Complex noise of unit power by its address. Of its parts, `shared` is another stream's noise of the same
 // bin and places: the two are then correlated by that much (of Gaussian amplitudes only).
 struct Noise {

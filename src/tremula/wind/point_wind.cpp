@@ -4,6 +4,7 @@
 #include "tremula/base/error.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/wind/field_at_points.hpp"
+#include "tremula/wind/field_statistics.hpp"
 #include "tremula/wind/wind_at_points.hpp"
 
 #include <algorithm>
@@ -67,6 +68,37 @@ PointWind at_points(const GivenWind& wind, const TimeAxis& loop, const Eigen::Ma
   return result;
 }
 
+ReferenceWind reference_of(const MeanWind& mean) { return {mean.speed, mean.reference_height, mean.heading}; }
+
+ReferenceWind reference_of(const TurbulentWind& wind) {
+  ReferenceWind result = reference_of(wind.mean);
+  if (wind.mean.speed > 0)
+    result.intensity = std::sqrt(spectrum_variance(wind.spectrum)[0]) / wind.mean.speed;
+  return result;
+}
+
+ReferenceWind reference_of(const StamWind& wind) {
+  ReferenceWind result = reference_of(wind.mean);
+  if (wind.mean.speed > 0 && wind.rows == StamRows::unit_variance)
+    result.intensity = wind.turbulence_intensity;
+  return result;
+}
+
+ReferenceWind reference_of(const GivenWind& wind) {
+  if (!wind.field) throw InputError("wind", "no field", "one");
+  const WindGrid& grid = wind.field->grid;
+  ReferenceWind result{grid.mean_speed, grid.reference_height, wind.heading};
+  const FieldStatistics moments = field_moments(*wind.field);
+  const double row = std::round((grid.reference_height - grid.bottom) / grid.z_spacing);
+  if (grid.mean_speed > 0) {
+    const auto nearest = static_cast<std::size_t>(std::clamp(row, 0.0, grid.z_count - 1.0));
+    result.intensity = moments.rows[nearest].deviation[0] / grid.mean_speed;
+  }
+  return result;
+}
+
+ReferenceWind reference_of(const OwnWind& wind) { return {wind.speed, 0, wind.heading}; }
+
 void check_own(const char* what, Eigen::Index rows, Eigen::Index columns, bool finite, Eigen::Index points) {
   if (rows != 3 || columns != points) {
     throw InputError(std::string("own wind: ") + what,
@@ -104,6 +136,10 @@ PointWind at_points(const OwnWind& wind, const TimeAxis& loop, const Eigen::Matr
 }
 
 }  // namespace
+
+ReferenceWind at_reference_height(const Wind& wind) {
+  return std::visit([](const auto& kind) { return reference_of(kind); }, wind);
+}
 
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
   check_at_least("points in the wind", points.cols(), 1);

@@ -8,6 +8,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -43,6 +44,18 @@ struct OwnWind {
 };
 
 using Wind = std::variant<TurbulentWind, StamWind, GivenWind, OwnWind>;
+
+// What any wind is like at its reference height.
+struct ReferenceWind {
+  double speed = 0;                      // mean [m/s]
+  double height = 0;                     // [m]; 0 for an OwnWind, which has none
+  double heading = 0;                    // where it blows to, as MeanWind::heading [degrees]
+  std::optional<double> intensity = {};  // sigma_u / speed; none for gusts without unit or without mean wind
+};
+
+// Of a given field: its Taylor speed, and the deviation of the row nearest to its reference height. Throws
+// InputError where there is no field.
+ReferenceWind at_reference_height(const Wind& wind);
 
 // points (3 x N) [m], z above the ground. Throws InputError for a wind that cannot be; so does the velocity
 // of an OwnWind that gives numbers that are none.

@@ -116,12 +116,13 @@ std::string name_of(SpectrumKind kind) {
   return {};
 }
 
-SpectrumModel spectrum_model(SpectrumKind kind, const MeanWind& mean, double turbulence_intensity) {
+SpectrumModel spectrum_model(SpectrumKind kind, const MeanWind& mean, double turbulence_intensity,
+                             IecEdition edition) {
   if (!(turbulence_intensity >= 0 && turbulence_intensity <= 2)) {
     throw InputError("turbulence intensity", number_text(turbulence_intensity), "0 to 2");
   }
   const double deviation = turbulence_intensity * mean.speed;
-  const double lambda = 0.7 * std::min(mean.reference_height, 60.0);
+  const double lambda = turbulence_scale(edition, mean.reference_height);
   SpectrumModel model{.kind = kind,
                       .friction_velocity = friction_velocity_from_intensity(turbulence_intensity, mean.speed),
                       .reference_speed = mean.speed};

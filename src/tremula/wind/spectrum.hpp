@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tremula/base/types.hpp"
+#include "tremula/wind/iec.hpp"
 #include "tremula/wind/profile.hpp"
 
 #include <string>
@@ -13,7 +14,7 @@ namespace tremula {
 enum class SpectrumKind {
   simiu_scanlan,  // F eq. 1: by height, C_0 = u*^2
   iec_kaimal,     // IEC 61400-1, Kaimal: one for all heights
-  von_karman,     // isotropic turbulence, the form of IEC 61400-1 ed. 2: one for all heights
+  von_karman,     // IEC 61400-1, von Karman's isotropic turbulence: one for all heights
   table,
 };
 
@@ -46,12 +47,14 @@ struct SpectrumModel {
 // The model with the numbers its source gives, for the along-wind deviation sigma_u = intensity * speed at
 // the reference height z_r of the mean wind:
 //   simiu-scanlan: u* = sigma_u / sqrt(6), so sigma_v = 0.63 sigma_u, sigma_w = 0.53 sigma_u.
-//   iec-kaimal:    sigma_v = 0.8 sigma_u, sigma_w = 0.5 sigma_u; L = 8.1, 2.7, 0.66 times Lambda, Lambda =
-//   0.7 z_r
-//                  up to 60 m, 42 m above; U of the reference height (the hub).
-//   von-karman:    sigma_v = sigma_w = sigma_u; L = 3.5 Lambda for all three.
+//   iec-kaimal:    sigma_v = 0.8 sigma_u, sigma_w = 0.5 sigma_u; L = 8.1, 2.7, 0.66 times the edition's
+//                  turbulence_scale at the reference height (the hub), whose U all heights take.
+//   von-karman:    sigma_v = sigma_w = sigma_u; L = 3.5 times that scale for all three. The second edition
+//   has
+//                  it; with the scale of the third it is what TurbSim makes of it.
 // table: use table_spectrum. Throws InputError for an intensity outside 0 to 2.
-SpectrumModel spectrum_model(SpectrumKind kind, const MeanWind& mean, double turbulence_intensity);
+SpectrumModel spectrum_model(SpectrumKind kind, const MeanWind& mean, double turbulence_intensity,
+                             IecEdition edition = IecEdition::third);
 
 // The model with other deviations of u, v, w [m/s], its spectra as they were in shape. A component without
 // variance keeps none.

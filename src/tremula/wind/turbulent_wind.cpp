@@ -33,17 +33,18 @@ void check_covariance(const TurbulentWind& wind) {
 
 }  // namespace
 
-TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity, SpectrumKind spectrum) {
+TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity, SpectrumKind spectrum,
+                             IecEdition edition) {
   const bool iec = spectrum == SpectrumKind::iec_kaimal || spectrum == SpectrumKind::von_karman;
   return turbulent_wind(mean, turbulence_intensity, spectrum,
-                        iec ? CoherenceKind::iec : CoherenceKind::shinya_fournier);
+                        iec ? CoherenceKind::iec : CoherenceKind::shinya_fournier, edition);
 }
 
 TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity, SpectrumKind spectrum,
-                             CoherenceKind coherence) {
+                             CoherenceKind coherence, IecEdition edition) {
   return {.mean = mean,
-          .spectrum = spectrum_model(spectrum, mean, turbulence_intensity),
-          .coherence = coherence_model(coherence, mean)};
+          .spectrum = spectrum_model(spectrum, mean, turbulence_intensity, edition),
+          .coherence = coherence_model(coherence, mean, edition)};
 }
 
 void check_turbulent_wind(const TurbulentWind& wind) {

@@ -29,11 +29,13 @@ struct TurbulentWind {
 };
 
 // The spectrum and the coherence of one source about a mean wind. Without a coherence kind, the one that goes
-// with the spectrum: iec for iec-kaimal and von-karman, shinya-fournier for the others.
+// with the spectrum: iec for iec-kaimal and von-karman, shinya-fournier for the others. The edition is that
+// of IEC 61400-1, for spectrum and coherence alike.
 TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity,
-                             SpectrumKind spectrum = SpectrumKind::simiu_scanlan);
+                             SpectrumKind spectrum = SpectrumKind::simiu_scanlan,
+                             IecEdition edition = IecEdition::third);
 TurbulentWind turbulent_wind(const MeanWind& mean, double turbulence_intensity, SpectrumKind spectrum,
-                             CoherenceKind coherence);
+                             CoherenceKind coherence, IecEdition edition = IecEdition::third);
 
 // Throws InputError; also for a covariance of u and w beyond what their spectra allow, or beside amplitudes
 // of phases only (two waves of one size cannot be correlated in part) or coherence of u alone.

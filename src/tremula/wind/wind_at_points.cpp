@@ -157,7 +157,7 @@ BinPlane TurbulentWindAtPoints::State::choose_plane(int bin, const WindAtPointsO
   }
   // A cell covers what hardly decays; without decay, all.
   const auto cells = [](double size, double decays, double spacing) {
-    return size > 0 ? std::max(1, static_cast<int>(std::ceil(std::min(size * decays / spacing, 1e6)))) : 0;
+    return size > 0 ? std::max(1, whole_number_from(std::min(size * decays / spacing, 1e6))) : 0;
   };
   for (double spacing = options.resolution;; spacing *= 1.1) {
     const int across_cells = cells(width, fastest.y, spacing), up_cells = cells(height, fastest.z, spacing);
