@@ -2,7 +2,8 @@
 # Installs what tremula needs on Debian or Ubuntu. Idempotent, and quick when nothing is missing.
 # Usage: scripts/bootstrap.sh [PURPOSE]
 #   PURPOSE: build, what the program, the library and the demo are made from;
-#            test (default), also what the tests, the benchmarks and the check of the formatting take
+#            test (default), also what the tests, the benchmarks and the check of the formatting take;
+#            fuzz, what scripts/fuzz.sh takes
 set -euo pipefail
 cd "$(dirname "$0")/.."
 purpose=${1:-test}
@@ -25,8 +26,9 @@ case $purpose in
     if_there_is=(clang-format-14 chromium)
     npm_omits=()
     ;;
+  fuzz) packages+=(clang libclang-rt-dev libspectra-dev libmatio-dev libgtest-dev libgmock-dev) ;;
   *)
-    echo "bootstrap: '$purpose' is no purpose; build and test are" >&2
+    echo "bootstrap: '$purpose' is no purpose; build, test and fuzz are" >&2
     exit 2
     ;;
 esac

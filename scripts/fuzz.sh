@@ -13,10 +13,7 @@ if ! [[ ${1:-} =~ ^[0-9]+$ ]]; then
 fi
 seconds=$1
 shift
-if ! command -v clang++ >/dev/null || ! echo 'int main() {}' | clang++ -fsanitize=address -x c++ - -o /dev/null 2>/dev/null; then
-  echo "fuzz: no clang++ with its sanitizers; on Debian and Ubuntu: sudo apt-get install clang libclang-rt-dev" >&2
-  exit 1
-fi
+scripts/bootstrap.sh fuzz
 
 launcher=()
 if command -v ccache >/dev/null; then launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi

@@ -39,6 +39,7 @@ long failing_call = 0;
 int error_given = ENOSPC;
 unsigned long most_written = 0;  // 0: all
 std::atomic<bool> interrupted{false};
+const char* note = nullptr;  // made when a call fails
 
 // Descriptors that were opened to write; those of files are small numbers.
 constexpr int descriptors_known = 1024;
@@ -53,8 +54,10 @@ bool fails(Calls kind) {
   if (!armed.load() || kind != kind_armed) return false;
   const long n = ++calls;
   const bool hit = failing_call > 0 && (how == Fails::once ? n == failing_call : n >= failing_call);
-  if (hit) errno = error_given;
-  return hit;
+  if (!hit) return false;
+  if (note != nullptr) ::syscall(SYS_close, ::syscall(SYS_openat, AT_FDCWD, note, O_WRONLY | O_CREAT, 0666));
+  errno = error_given;
+  return true;
 }
 
 int open_at(int folder, const char* path, int flags, mode_t mode) {
@@ -251,6 +254,7 @@ bool can_fail_allocations() { return TREMULA_OWN_MALLOC == 1; }
 __attribute__((constructor)) static void arm_from_environment() {
   const char* n = std::getenv("TREMULA_FAIL_WRITE_CALL");
   if (n == nullptr || std::strcmp(program_invocation_short_name, "tremula") != 0) return;
+  note = std::getenv("TREMULA_FAIL_NOTE");
   tremula::test::arm(Calls::writing, std::atol(n), Fails::once, ENOSPC);
 }
 #endif

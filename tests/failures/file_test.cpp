@@ -71,6 +71,10 @@ TEST_P(WritingFiles, SaysWhereverACallFailsAndLeavesTheOldFileOrTheNewOneWhole) 
           ASSERT_TRUE(found == right);
           break;
         }
+        if (done.complaint.empty()) {  // it could do without that call
+          ASSERT_TRUE(found == right);
+          continue;
+        }
         ++failed;
         ASSERT_TRUE(done.complaint.starts_with(path + ": ")) << '"' << done.complaint << '"';
         ASSERT_TRUE(found == "old" || found == right) << "a file of " << found.size() << " bytes";
@@ -86,8 +90,7 @@ TEST_P(WritingFiles, LeavesNoFileWhereACallFailsAndNoneWas) {
     const TemporaryFolder folder;
     const Attempt done = attempt(task, folder / "output", n, Fails::once, ENOSPC);
     if (done.calls < n) break;
-    ASSERT_NE(done.complaint, "");
-    ASSERT_EQ(files_in(folder), 0U);
+    ASSERT_EQ(files_in(folder), done.complaint.empty() ? 1U : 0U) << done.complaint;
   }
 }
 

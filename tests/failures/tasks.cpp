@@ -64,7 +64,7 @@ const std::vector<ReadTask>& read_tasks() {
       {"Swc", [] { return fuzz::swc_seeds().back(); }, read_tree},
       {"TreeQsmText", [] { return fuzz::treeqsm_text_seeds().back(); }, read_tree},
       {"TreeQsmMat", [] { return fuzz::matlab_seeds().back(); }, read_tree},
-      {"SimpleForest", [] { return fuzz::simpleforest_seeds().back(); }, read_tree},
+      {"CylinderTable", [] { return fuzz::table_seeds().front(); }, read_tree},
       {"TurbSim", [] { return fuzz::turbsim_seeds().front(); },
        [](const std::string& path) { return wind_field(read_turbsim(path)).velocity[0].size(); }},
       {"SpectrumTable", [] { return fuzz::spectrum_seeds().front(); },

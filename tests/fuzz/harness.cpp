@@ -25,9 +25,36 @@ const std::vector<std::string> swc_words =
                   "\r\n", " -1\n", " 16 ", "#"});
 const std::vector<std::string> treeqsm_words = with_numbers(
     {"radius", "length", "start", "axis", "parent", "extension", "branch", "\t", ",", ";", "\n", "\""});
-const std::vector<std::string> simpleforest_words =
-    with_numbers({"ID", "parentID", "startX", "startY", "startZ", "endX", "endY", "endZ", "radius", ", ", ",",
-                  ";", "\n", "\""});
+const std::vector<std::string> table_words = with_numbers({"ID",
+                                                           "parentID",
+                                                           "startX",
+                                                           "startY",
+                                                           "startZ",
+                                                           "endX",
+                                                           "endY",
+                                                           "endZ",
+                                                           "radius",
+                                                           "length",
+                                                           "axis_direction",
+                                                           "cyl_id",
+                                                           "parent",
+                                                           "parent_id",
+                                                           "start.1",
+                                                           "p1",
+                                                           "p2",
+                                                           "sx",
+                                                           "ex",
+                                                           "ax",
+                                                           "x",
+                                                           "y",
+                                                           "z",
+                                                           "section_id",
+                                                           ", ",
+                                                           ",",
+                                                           ";",
+                                                           "	",
+                                                           "
+                                                           ", "\""});
 const std::vector<std::string> matlab_words = {std::string("\x0e\0\0\0", 4),
                                                std::string("\x0f\0\0\0", 4),
                                                std::string("\x06\0\0\0\x08\0\0\0", 8),
@@ -119,9 +146,13 @@ const std::vector<std::string> turbsim_words = {
 const std::vector<std::string> spectrum_words = with_numbers(
     {"frequency", "S_u", "S_v", "S_w", "k1_rad_per_m", "Fu", "Fv", "Fw", ",", ";", "\t", "\n", "#"});
 
+const std::vector<std::string> profile_words =
+    with_numbers({"height_m", "z [m]", "speed_m_s", "U (m/s)", "direction_deg", "heading", " [deg]", " [",
+                  "(", "\xC2\xB0", ",", ";", "\t", "\n", "#", "360", "100"});
+
 std::vector<std::string> all_skeleton_words() {
   std::vector<std::string> words;
-  for (const auto* some : {&swc_words, &treeqsm_words, &simpleforest_words})
+  for (const auto* some : {&swc_words, &treeqsm_words, &table_words})
     words.insert(words.end(), some->begin(), some->end());
   std::sort(words.begin(), words.end());
   words.erase(std::unique(words.begin(), words.end()), words.end());
@@ -140,12 +171,13 @@ const std::vector<Harness>& harnesses() {
       {"swc", try_swc, swc_seeds, swc_words},
       {"treeqsm_text", try_treeqsm_text, treeqsm_text_seeds, treeqsm_words},
       {"treeqsm_mat", try_treeqsm_mat, matlab_seeds, matlab_words},
-      {"simpleforest", try_simpleforest, simpleforest_seeds, simpleforest_words},
+      {"tables", try_tables, table_seeds, table_words},
       {"matlab", try_matlab, matlab_seeds, matlab_words},
       {"skeleton", try_skeleton, skeleton_seeds, all_skeleton_words()},
       {"lsystem", try_lsystem, lsystem_seeds, lsystem_words},
       {"turbsim", try_turbsim, turbsim_seeds, turbsim_words},
       {"spectrum", try_spectrum, spectrum_seeds, spectrum_words},
+      {"profile", try_profile, profile_seeds, profile_words},
       {"motion", try_motion, skeleton_seeds, all_skeleton_words()},
       {"wind_file", try_wind_file, turbsim_seeds, turbsim_words},
   };

@@ -51,22 +51,24 @@ std::string escaped(std::string_view bytes);
 void try_swc(std::string_view bytes);
 void try_treeqsm_text(std::string_view bytes);
 void try_treeqsm_mat(std::string_view bytes);
-void try_simpleforest(std::string_view bytes);
+void try_tables(std::string_view bytes);  // whose columns have names
 void try_matlab(std::string_view bytes);
 void try_skeleton(std::string_view bytes);
 void try_lsystem(std::string_view bytes);
 void try_turbsim(std::string_view bytes);
 void try_spectrum(std::string_view bytes);
+void try_profile(std::string_view bytes);
 void try_motion(std::string_view bytes);     // a tree, baked and animated
 void try_wind_file(std::string_view bytes);  // a field, measured, and blowing through a tree
 
 std::vector<std::string> swc_seeds();
 std::vector<std::string> treeqsm_text_seeds();
 std::vector<std::string> matlab_seeds();
-std::vector<std::string> simpleforest_seeds();
+std::vector<std::string> table_seeds();
 std::vector<std::string> skeleton_seeds();  // all of the above
 std::vector<std::string> lsystem_seeds();
 std::vector<std::string> turbsim_seeds();
 std::vector<std::string> spectrum_seeds();
+std::vector<std::string> profile_seeds();
 
 }  // namespace tremula::fuzz

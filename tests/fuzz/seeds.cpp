@@ -95,7 +95,7 @@ std::vector<std::string> treeqsm_text_seeds() {
   };
 }
 
-std::vector<std::string> simpleforest_seeds() {
+std::vector<std::string> table_seeds() {
   const std::string header = "ID, parentID, startX, startY, startZ, endX, endY, endZ, radius, length\n";
   return {
       header + "0,-1,0,0,0,0,0,2,0.1,2\n1,0,0,0,2,0,0,3,0.1,1\n2,0,0.1,0,2,1,0,2.5,0.05,1\n",
@@ -103,6 +103,15 @@ std::vector<std::string> simpleforest_seeds() {
       "0,0,10,-1,0.1,0.1,500000,4649776,250,500000,4649776,252\n"
       "0,0,11,10,0.1,0.08,500000,4649776,252,500000.1,4649776,254\n"
       "1,1,12,-1,0.1,0.03,500000,4649776.2,253,500001,4649777,254\n",
+      // TreeQSM's columns in another order, R's row names, treegraph, raycloudtools.
+      "\"\",\"extension\",\"parent\",\"radius\",\"length\",\"start\",\"axis\"\n"
+      "\"1\",2,0,0.1,1,0,0,0,0,0,1\n\"2\",0,1,0.08,1,0,0,1,0,0,1\n",
+      "\"\",\"start.1\",\"start.2\",\"start.3\",\"axis.1\",\"axis.2\",\"axis.3\",\"radius\",\"length\","
+      "\"parent\"\n"
+      "\"1\",0,0,0,0,0,1,0.1,1,0\n\"2\",0,0,1,0,0,1,0.08,1,1\n",
+      "p1,p2,sx,sy,sz,ax,ay,az,radius,length\n1,-1,0,0,1,0,0,-1,0.1,1\n2,1,0,0,2,0,0,-1,0.08,1\n",
+      "# tree file\nheight, x,y,z,radius,parent_id,section_id\n"
+      "2, 0,0,0,0.1,-1,0, 0,0,1,0.1,0,1, 0,0,2,0.08,1,2, 0.5,0,2,0.04,1,3\n",
   };
 }
 
@@ -121,7 +130,7 @@ std::vector<std::string> matlab_seeds() {
 
 std::vector<std::string> skeleton_seeds() {
   std::vector<std::string> seeds;
-  for (const auto& some : {swc_seeds(), treeqsm_text_seeds(), simpleforest_seeds(), matlab_seeds()})
+  for (const auto& some : {swc_seeds(), treeqsm_text_seeds(), table_seeds(), matlab_seeds()})
     seeds.insert(seeds.end(), some.begin(), some.end());
   return seeds;
 }
@@ -157,6 +166,14 @@ std::vector<std::string> spectrum_seeds() {
       "# by wave "
       "number\nk1_rad_per_m,Fu,Fv,Fw\n0.001,100,60,10\n0.01,50,40,10\n0.1,2,2,1\n1,0.05,0.06,0.05\n",
       "\xEF\xBB\xBFnote;frequency;S_u;S_v;S_w\r\n1;0.01;10;6;1\r\n2;1e3;1e-9;1e-9;1e-9\r\n",
+  };
+}
+
+std::vector<std::string> profile_seeds() {
+  return {
+      "height_m speed_m_s direction_deg\n2 3 350\n10 5 355\n50 8 10\n",
+      "# a mast\nz [m];U [m/s];heading [deg]\r\n0;0;-10\r\n40.5;6.25;20\r\n",
+      "note,speed (m/s),height (m)\nlow,0,1\nhigh,100,1000\n",
   };
 }
 

@@ -1,4 +1,5 @@
 // Wind from files: fields and spectra.
+#include "tremula/io/profile_table.hpp"
 #include "tremula/io/spectrum_table.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/io/vti.hpp"
@@ -64,6 +65,17 @@ void try_spectrum(std::string_view bytes) {
   require_finite(spectrum_variance(model), "a variance");
   for (const double frequency : {1e-6, 1e-3, 0.1, 1.0, 30.0, 1e6})
     require_finite(spectrum(model, frequency, 10, 8), "a spectral density");
+}
+
+void try_profile(std::string_view bytes) {
+  MeanWind wind{.speed = 8, .profile = ProfileKind::table};
+  if (!taken([&] { wind.table = read_profile_table(bytes, input_name); })) return;
+  require(wind.table.size() >= 2, "a profile of fewer than two rows");
+  taken_by_stages([&] {
+    check_mean_wind(wind);
+    for (const double height : {0.0, 0.1, 10.0, 1e4})
+      require_finite(mean_velocity(wind, height), "a mean velocity");
+  });
 }
 
 void try_wind_file(std::string_view bytes) {
