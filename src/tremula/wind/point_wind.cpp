@@ -5,6 +5,7 @@
 #include "tremula/base/number_text.hpp"
 #include "tremula/wind/field_at_points.hpp"
 #include "tremula/wind/field_statistics.hpp"
+#include "tremula/wind/synthesis.hpp"
 #include "tremula/wind/wind_at_points.hpp"
 
 #include <algorithm>
@@ -89,11 +90,8 @@ ReferenceWind reference_of(const GivenWind& wind) {
   const WindGrid& grid = wind.field->grid;
   ReferenceWind result{grid.mean_speed, grid.reference_height, wind.heading};
   const FieldStatistics moments = field_moments(*wind.field);
-  const double row = std::round((grid.reference_height - grid.bottom) / grid.z_spacing);
-  if (grid.mean_speed > 0) {
-    const auto nearest = static_cast<std::size_t>(std::clamp(row, 0.0, grid.z_count - 1.0));
-    result.intensity = moments.rows[nearest].deviation[0] / grid.mean_speed;
-  }
+  const auto hub_row = static_cast<std::size_t>(hub_point(grid)[0]);
+  if (grid.mean_speed > 0) result.intensity = moments.rows[hub_row].deviation[0] / grid.mean_speed;
   return result;
 }
 

@@ -38,7 +38,7 @@ struct PointWind {
 // A wind of your own: a function that gives it at any points (3 x N) [m], z above the ground, for any loop.
 // What it returns is checked: sizes when it is made, and that every coefficient is finite when it is drawn.
 struct OwnWind {
-  std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points;
+  std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points = {};
   double speed = 0;    // mean, for captions and reports [m/s]
   double heading = 0;  // as MeanWind::heading [degrees]
 };
