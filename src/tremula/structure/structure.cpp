@@ -4,6 +4,7 @@
 #include "tremula/base/error.hpp"
 #include "tremula/geometry/skeleton_checks.hpp"
 
+#include <cassert>
 #include <cmath>
 #include <cstdio>
 #include <string>
@@ -139,6 +140,7 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
 
 EndDisplacements end_displacements(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
                                    int branch) {
+  assert(branch >= 0 && branch < structure.branch_count() && displacement.size() == structure.size());
   EndDisplacements ends{Vec3::Zero(), Vec3::Zero(), displacement.segment<3>(6 * branch),
                         displacement.segment<3>(6 * branch + 3)};
   const int parent = structure.parent[index_of(branch)];
@@ -152,6 +154,7 @@ EndDisplacements end_displacements(const Structure& structure, Eigen::Ref<const 
 
 Vec6 foot_displacement(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
                        int branch) {
+  assert(branch >= 0 && branch < structure.branch_count() && displacement.size() == structure.size());
   const Shape foot = shape_at(structure.beams[index_of(branch)], 0);
   const Vec3& direction = structure.direction[index_of(branch)];
   const Split end(displacement.segment<3>(6 * branch), displacement.segment<3>(6 * branch + 3), direction);
