@@ -12,6 +12,7 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <numeric>
@@ -22,6 +23,12 @@
 
 namespace tremula::cli {
 namespace {
+
+const std::map<std::string, MorphForm> morph_forms{
+    {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
+const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
+                                                          {"quantised", MeshCompression::quantised},
+                                                          {"meshopt", MeshCompression::meshopt}};
 
 struct AnimateCommand {
   std::string input, report;
@@ -35,7 +42,7 @@ struct AnimateCommand {
          leaf_lift_coefficient = LoadOptions{}.leaf_lift_coefficient;
   bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
-  std::string frames;
+  std::string frames, morphs = "biased", compression = "quantised";
   StructureFlags structure;
   ThreadsFlag threads;
 
@@ -54,6 +61,8 @@ struct Loop {
   const Motion& motion;
   const Surface& surface;
   LoopInfo info;
+  MorphForm morphs;             // of .glb
+  MeshCompression compression;  // of .glb
 };
 
 Wind AnimateCommand::chosen_wind() const {
@@ -149,9 +158,8 @@ void write_contact_sheet(const std::string& path, const Loop& loop) {
   std::vector<std::string> labels;
   for (int i = 0; i < cells; ++i) {
     const double time = loop.motion.period * i / cells;
-    const SurfaceDelta delta =
-        deform_surface(loop.subject.skeleton, loop.surface,
-                       displacement_at(loop.subject.modes, loop.motion, time), &loop.subject.structure);
+    const SurfaceDelta delta = deform_surface(loop.subject.skeleton, loop.subject.structure, loop.surface,
+                                              displacement_at(loop.subject.modes, loop.motion, time));
     positions.push_back(loop.surface.position);
     normals.push_back(loop.surface.normal);
     for (std::size_t v = 0; v < loop.surface.vertex_count(); ++v) {
@@ -178,15 +186,17 @@ void write_contact_sheet(const std::string& path, const Loop& loop) {
 void write_output(const std::string& path, const Loop& loop, std::span<const int> frames) {
   const std::string extension = lower_extension(path);
   const auto morphs = [&](MorphForm form) {
-    return make_morph_targets(loop.subject.skeleton, loop.surface, loop.subject.modes, loop.motion, form,
-                              &loop.subject.structure);
+    return make_morph_targets(loop.subject.skeleton, loop.subject.structure, loop.surface, loop.subject.modes,
+                              loop.motion, form);
   };
-  if (extension == ".glb") write_glb(path, loop.surface, morphs(MorphForm::paired), loop.info);
+  if (extension == ".glb") {
+    write_glb(path, loop.surface, morphs(loop.morphs), loop.info, {.compression = loop.compression});
+  }
   if (extension == ".html") write_html(path, loop.surface, morphs(MorphForm::signed_weights), loop.info);
   if (extension == ".png") write_contact_sheet(path, loop);
   if (extension == ".csv") {
-    write_file_atomically(path,
-                          encode_pose_table(loop.subject.skeleton, loop.subject.modes, loop.motion, frames));
+    write_file_atomically(path, encode_pose_table(loop.subject.skeleton, loop.subject.structure,
+                                                  loop.subject.modes, loop.motion, frames));
   }
 }
 
@@ -255,7 +265,9 @@ void AnimateCommand::run() const {
                    .frames_per_second = frames_per_second,
                    .wind_speed = wind_flags.speed,
                    .heading = wind_flags.heading,
-                   .seed = wind_flags.seed}};
+                   .seed = wind_flags.seed},
+                  morph_forms.at(morphs),
+                  compressions.at(compression)};
   for (const std::string& path : outputs) {
     log.begin("write " + lower_extension(path));
     write_output(path, loop, frames_for_poses);
@@ -311,6 +323,18 @@ void add_animate(CLI::App& app) {
   sub.add_option("--report", command->report,
                  "What was done, as JSON: settings, frequencies, seconds and memory");
   sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
+  sub.add_option(
+         "--morphs", command->morphs,
+         "Targets in .glb. biased: one a mode, weights 0 to 1 (plays everywhere); paired: a plus and a minus "
+         "target a mode; signed: one a mode, weights -1 to 1, which Blender clamps")
+      ->check(CLI::IsMember(morph_forms))
+      ->capture_default_str();
+  sub.add_option(
+         "--compress", command->compression,
+         "Of .glb. quantised: 16 and 8 bits (Blender, three.js); meshopt: those packed to a fifth (three.js, "
+         "not Blender 3.4); none: floats, for Godot and whatever knows no extensions")
+      ->check(CLI::IsMember(compressions))
+      ->capture_default_str();
   sub.add_option("--modes", command->mode_count, "How many of the lowest modes move the plant; -1: all")
       ->capture_default_str();
 

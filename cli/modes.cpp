@@ -151,7 +151,7 @@ void ModesCommand::run() const {
     const double assessed = seconds_taken();
     log.begin("plot");
     const std::string picture =
-        plot.empty() ? "" : plot_modes(skeleton, modes, quality, {.title = plant.name});
+        plot.empty() ? "" : plot_modes(skeleton, assembled, modes, quality, {.title = plant.name});
     log.finish();
 
     const Found found{plant, modes, quality};

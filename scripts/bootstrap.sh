@@ -7,7 +7,7 @@ cd "$(dirname "$0")/.."
 packages=(
   g++ cmake ninja-build git ca-certificates
   libeigen3-dev libspectra-dev libfftw3-dev libkissfft-dev librandom123-dev libtbb-dev
-  libcli11-dev nlohmann-json3-dev zlib1g-dev libmatio-dev libstb-dev
+  libcli11-dev nlohmann-json3-dev zlib1g-dev libmeshoptimizer-dev libmatio-dev libstb-dev
   googletest libgtest-dev libbenchmark-dev clang-format-14
   nodejs chromium
 )

@@ -52,9 +52,11 @@ TEST(Loop, AFrameAloneIsTheFrameOfTheWholeToTheLastBit) {
   const Motion motion = set_in_motion(subject, weather);
   std::vector<int> all(96);
   for (int p = 0; p < 96; ++p) all[static_cast<std::size_t>(p)] = p;
-  const std::string whole = encode_pose_table(subject.skeleton, subject.modes, motion, all);
+  const std::string whole =
+      encode_pose_table(subject.skeleton, subject.structure, subject.modes, motion, all);
   const int one[] = {57};
-  const std::string alone = encode_pose_table(subject.skeleton, subject.modes, motion, one);
+  const std::string alone =
+      encode_pose_table(subject.skeleton, subject.structure, subject.modes, motion, one);
   const std::string rows = alone.substr(alone.find('\n') + 1);
   ASSERT_GT(rows.size(), 1000U);
   EXPECT_NE(whole.find(rows), std::string::npos);
