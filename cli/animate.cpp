@@ -11,6 +11,7 @@
 #include <charconv>
 #include <cmath>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <numeric>
 
@@ -24,6 +25,11 @@ namespace tremula::cli {
 namespace {
 
 constexpr const char* wind_group = "Wind";
+const std::map<std::string, MorphForm> morph_forms{
+    {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
+const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
+                                                          {"quantised", MeshCompression::quantised},
+                                                          {"meshopt", MeshCompression::meshopt}};
 
 struct AnimateCommand {
   std::string input, report, format;
@@ -37,7 +43,7 @@ struct AnimateCommand {
          leaf_lift_coefficient = LoadOptions{}.leaf_lift_coefficient;
   bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
-  std::string frames;
+  std::string frames, morphs = "biased", compression = "quantised";
   ReadFlags read;
   StructureFlags structure;
   ThreadsFlag threads;
@@ -164,12 +170,16 @@ std::vector<std::string> flags_in_group(const CLI::App& command, const char* gro
 }
 
 void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const LoopFormat*>& formats) const {
-  const bool table =
-      std::any_of(formats.begin(), formats.end(), [](const LoopFormat* each) { return each->name == "csv"; });
+  const auto writes = [&](std::string_view name) {
+    return std::any_of(formats.begin(), formats.end(),
+                       [&](const LoopFormat* each) { return each->name == name; });
+  };
+  const bool table = writes("csv"), model = writes("glb");
   const std::string with_wind = "given with --wind " + wind;
   const IdleFlags rules[] = {
       {formats.empty(), "given without -o", "an output that it shapes", {"--format"}},
       {!table, "given without a table of poses", "-o FILE.csv", {"--frames"}},
+      {!model, "given without a .glb", "-o FILE.glb", {"--morphs", "--compress"}},
       {is_field(), with_wind, "--wind turbulent: a field is taken as it is",
        flags_in_group(flags, wind_group, {"--wind", "--heading"})},
       {is_field(), with_wind, "--wind turbulent: a field has one realisation", {"--transfer"}},
@@ -339,7 +349,9 @@ void AnimateCommand::run(const CLI::App& flags) const {
               .vertex_count = static_cast<double>(surface.vertex_count()),
               .mode_count = static_cast<double>(mode_count < 0 ? most : std::min(mode_count, most)),
               .sample_count = static_cast<double>(conditions.loop.sample_count),
-              .frame_count = static_cast<double>(frames_for_poses.size())},
+              .frame_count = static_cast<double>(frames_for_poses.size()),
+              .morphs = morph_forms.at(morphs),
+              .compression = compressions.at(compression)},
              formats, outputs, large);
   warn(large);
 
@@ -361,7 +373,9 @@ void AnimateCommand::run(const CLI::App& flags) const {
                    .frames_per_second = frames_per_second,
                    .wind_speed = reference.speed,
                    .heading = reference.heading,
-                   .seed = wind_flags.seed}};
+                   .seed = wind_flags.seed},
+                  morph_forms.at(morphs),
+                  compressions.at(compression)};
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     log.begin("write ." + std::string(formats[i]->name));
     files.add(outputs[i], formats[i]->encode(loop));
@@ -393,6 +407,18 @@ void add_animate(CLI::App& app) {
   sub.add_option("--report", command->report,
                  "What was done, as JSON: settings, frequencies, seconds and memory");
   sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
+  sub.add_option(
+         "--morphs", command->morphs,
+         "Targets in .glb. biased: one a mode, weights 0 to 1 (plays everywhere); paired: a plus and a minus "
+         "target a mode; signed: one a mode, weights -1 to 1, which Blender clamps")
+      ->check(CLI::IsMember(morph_forms))
+      ->capture_default_str();
+  sub.add_option(
+         "--compress", command->compression,
+         "Of .glb. quantised: 16 and 8 bits (Blender, three.js); meshopt: those packed to a fifth (three.js, "
+         "not Blender 3.4); none: floats, for Godot and whatever knows no extensions")
+      ->check(CLI::IsMember(compressions))
+      ->capture_default_str();
   sub.add_option("--modes", command->mode_count, "How many of the lowest modes move the plant; -1: all")
       ->capture_default_str();
 

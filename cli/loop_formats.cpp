@@ -12,12 +12,13 @@ namespace tremula::cli {
 namespace {
 
 MorphTargets morph_targets(const Loop& loop, MorphForm form) {
-  return make_morph_targets(loop.subject.skeleton, loop.surface, loop.subject.modes, loop.motion, form,
-                            &loop.subject.structure);
+  return make_morph_targets(loop.subject.skeleton, loop.subject.structure, loop.surface, loop.subject.modes,
+                            loop.motion, form);
 }
 
 std::string encode_glb_of(const Loop& loop) {
-  return encode_glb(loop.surface, morph_targets(loop, MorphForm::paired), loop.info);
+  return encode_glb(loop.surface, morph_targets(loop, loop.morphs), loop.info,
+                    {.compression = loop.compression});
 }
 
 std::string encode_html_of(const Loop& loop) {
@@ -25,7 +26,8 @@ std::string encode_html_of(const Loop& loop) {
 }
 
 std::string encode_poses(const Loop& loop) {
-  return encode_pose_table(loop.subject.skeleton, loop.subject.modes, loop.motion, loop.frames);
+  return encode_pose_table(loop.subject.skeleton, loop.subject.structure, loop.subject.modes, loop.motion,
+                           loop.frames);
 }
 
 std::string encode_contact_sheet(const Loop& loop) {
@@ -35,9 +37,8 @@ std::string encode_contact_sheet(const Loop& loop) {
   std::vector<std::string> labels;
   for (int i = 0; i < cells; ++i) {
     const double time = loop.motion.period * i / cells;
-    const SurfaceDelta delta =
-        deform_surface(loop.subject.skeleton, loop.surface,
-                       displacement_at(loop.subject.modes, loop.motion, time), &loop.subject.structure);
+    const SurfaceDelta delta = deform_surface(loop.subject.skeleton, loop.subject.structure, loop.surface,
+                                              displacement_at(loop.subject.modes, loop.motion, time));
     check_finite("picture: positions", delta.position);
     check_finite("picture: normals", delta.normal);
     positions.push_back(loop.surface.position);
@@ -63,9 +64,13 @@ std::string encode_contact_sheet(const Loop& loop) {
   return encode_png(contact_sheet(images, columns, labels));
 }
 
-// A target moves every vertex and turns its normal (two of three floats); every sample has its weight.
-double targets_size(const LoopSize& size, double target_count) {
-  return size.vertex_count * (40 + 24 * target_count) + 4 * size.sample_count * (1 + target_count);
+// A target moves every vertex and turns its normal: six floats, or 8 and 4 bytes quantised, about a third of
+// which meshopt leaves. Every sample has its weight.
+double targets_size(const LoopSize& size, double target_count, MeshCompression compression) {
+  const double bytes = compression == MeshCompression::none        ? 24
+                       : compression == MeshCompression::quantised ? 12
+                                                                   : 4;
+  return size.vertex_count * (40 + bytes * target_count) + 4 * size.sample_count * (1 + target_count);
 }
 
 constexpr double bytes_per_pose = 150;  // nine numbers of 15 to 20 digits
@@ -74,11 +79,14 @@ constexpr double static_shapes = 3;
 constexpr LoopFormat formats[] = {
     {{"glb", "Blender, engines"},
      encode_glb_of,
-     [](const LoopSize& size) { return targets_size(size, 2 * (size.mode_count + static_shapes)); }},
+     [](const LoopSize& size) {
+       const double sides = size.morphs == MorphForm::paired ? 2 : 1;
+       return targets_size(size, sides * (size.mode_count + static_shapes), size.compression);
+     }},
     {{"html", "plays in a browser"},
      encode_html_of,
      [](const LoopSize& size) {
-       return 1e6 + 4.0 / 3 * targets_size(size, size.mode_count + static_shapes);
+       return 1e6 + 4.0 / 3 * targets_size(size, size.mode_count + static_shapes, MeshCompression::meshopt);
      }},
     {{"csv", "node poses per frame"},
      encode_poses,

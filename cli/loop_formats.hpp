@@ -19,11 +19,15 @@ struct Loop {
   const Surface& surface;
   std::span<const int> frames;  // for tables of poses
   LoopInfo info;
+  MorphForm morphs;             // of .glb
+  MeshCompression compression;  // of .glb
 };
 
 // What decides how large things get.
 struct LoopSize {
   double node_count, vertex_count, mode_count, sample_count, frame_count;
+  MorphForm morphs;
+  MeshCompression compression;
 };
 
 // Of Format, `name` is the extension too.

@@ -171,7 +171,7 @@ void ModesCommand::run(const CLI::App& flags) const {
     const double assessed = seconds_taken();
     log.begin("plot");
     const std::string picture =
-        plot.empty() ? "" : plot_modes(skeleton, modes, quality, {.title = plant.name});
+        plot.empty() ? "" : plot_modes(skeleton, assembled, modes, quality, {.title = plant.name});
     log.finish();
     const std::vector<std::string> warnings = plausibility(skeleton, options, modes.frequency[0]);
     print_warnings(warnings);

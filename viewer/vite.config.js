@@ -1,7 +1,7 @@
 import {readFileSync} from 'node:fs';
 import {defineConfig} from 'vite';
 
-// Puts scripts and styles into the page itself and says what licence the library in it has.
+// Puts scripts and styles into the page itself and says what licence the libraries in it have.
 const oneFile = {
   name: 'one-file',
   enforce: 'post',
@@ -21,7 +21,8 @@ const oneFile = {
       delete bundle[file.fileName];
     }
     const licence = readFileSync(new URL('node_modules/three/LICENSE', import.meta.url), 'utf8').trim();
-    page.source = html.replace('<!doctype html>', () => `<!doctype html>\n<!-- Contains three.js.\n${licence}\n-->`);
+    const decoder = 'and the decoder of meshoptimizer (Copyright (C) 2016-2026, by Arseny Kapoulkine), both under this licence';
+    page.source = html.replace('<!doctype html>', () => `<!doctype html>\n<!-- Contains three.js ${decoder}.\n${licence}\n-->`);
   },
 };
 

@@ -54,9 +54,11 @@ TEST(Loop, AFrameAloneIsTheFrameOfTheWholeToTheLastBit) {
   const Motion motion = set_in_motion(subject, weather);
   std::vector<int> all(96);
   for (int p = 0; p < 96; ++p) all[static_cast<std::size_t>(p)] = p;
-  const std::string whole = encode_pose_table(subject.skeleton, subject.modes, motion, all);
+  const std::string whole =
+      encode_pose_table(subject.skeleton, subject.structure, subject.modes, motion, all);
   const int one[] = {57};
-  const std::string alone = encode_pose_table(subject.skeleton, subject.modes, motion, one);
+  const std::string alone =
+      encode_pose_table(subject.skeleton, subject.structure, subject.modes, motion, one);
   const std::string rows = alone.substr(alone.find('\n') + 1);
   ASSERT_GT(rows.size(), 1000U);
   EXPECT_NE(whole.find(rows), std::string::npos);
@@ -180,8 +182,9 @@ double stretch_of_frames(const Subject& subject, const Motion& motion) {
     const Displacement u = displacement_at(subject.modes, motion, motion.period * p / motion.sample_count());
     for (int k = 0; k < subject.skeleton.branch_count(); ++k) {
       const Branch& branch = subject.skeleton.branches[static_cast<std::size_t>(k)];
-      const Vec3 start = branch.start + branch_point(subject.skeleton, u, k, 0).displacement;
-      const Vec3 end = branch.end + branch_point(subject.skeleton, u, k, 1).displacement;
+      const Vec3 start =
+          branch.start + branch_point(subject.skeleton, subject.structure, u, k, 0).displacement;
+      const Vec3 end = branch.end + branch_point(subject.skeleton, subject.structure, u, k, 1).displacement;
       largest = std::max(largest, (end - start).norm() / branch.length() - 1);
     }
   }

@@ -44,13 +44,13 @@ TEST(DisplacementAt, RefusesMotionsOfOtherModesAndTimesThatAreNone) {
 TEST(BranchPoint, RefusesBranchesAndPlacesThatThereAreNot) {
   const Scene scene;
   const Displacement still = Displacement::Zero(36);
-  EXPECT_EQ(branch_point(scene.skeleton, still, 5, 1).displacement, Vec3::Zero());
+  EXPECT_EQ(branch_point(scene.skeleton, scene.structure, still, 5, 1).displacement, Vec3::Zero());
   for (const int branch : {-1, 6, 99})
-    EXPECT_THROW(branch_point(scene.skeleton, still, branch, 1), InputError);
+    EXPECT_THROW(branch_point(scene.skeleton, scene.structure, still, branch, 1), InputError);
   for (const double s : {-0.1, 1.1, static_cast<double>(NAN)})
-    EXPECT_THROW(branch_point(scene.skeleton, still, 5, s), InputError);
-  EXPECT_THROW(branch_point(scene.skeleton, Displacement(), 5, 1), InputError);
-  EXPECT_THROW(branch_point(scene.skeleton, Displacement::Zero(42), 5, 1), InputError);
+    EXPECT_THROW(branch_point(scene.skeleton, scene.structure, still, 5, s), InputError);
+  EXPECT_THROW(branch_point(scene.skeleton, scene.structure, Displacement(), 5, 1), InputError);
+  EXPECT_THROW(branch_point(scene.skeleton, scene.structure, Displacement::Zero(42), 5, 1), InputError);
 }
 
 TEST(DeformSurface, RefusesSurfacesOfOtherPlants) {
@@ -59,17 +59,19 @@ TEST(DeformSurface, RefusesSurfacesOfOtherPlants) {
   const Displacement still = Displacement::Zero(36);
   Surface bad = surface;
   bad.branch.back() = 77;
-  EXPECT_THROW(deform_surface(scene.skeleton, bad, still), InputError);
+  EXPECT_THROW(deform_surface(scene.skeleton, scene.structure, bad, still), InputError);
   bad = surface;
   bad.normal.pop_back();
-  EXPECT_THROW(deform_surface(scene.skeleton, bad, still), InputError);
+  EXPECT_THROW(deform_surface(scene.skeleton, scene.structure, bad, still), InputError);
   bad = surface;
   bad.along.clear();
-  EXPECT_THROW(deform_surface(scene.skeleton, bad, still), InputError);
-  EXPECT_THROW(deform_surface(scene.skeleton, surface, Displacement::Zero(12)), InputError);
+  EXPECT_THROW(deform_surface(scene.skeleton, scene.structure, bad, still), InputError);
+  EXPECT_THROW(deform_surface(scene.skeleton, scene.structure, surface, Displacement::Zero(12)), InputError);
   const Structure other = assemble(test::random_tree(9, 2), {});
-  EXPECT_THROW(deform_surface(scene.skeleton, surface, still, &other), InputError);
-  EXPECT_THROW(make_morph_targets(scene.skeleton, surface, scene.modes, Motion{}, MorphForm::paired), Error);
+  EXPECT_THROW(deform_surface(scene.skeleton, other, surface, still), InputError);
+  EXPECT_THROW(
+      make_morph_targets(scene.skeleton, scene.structure, surface, scene.modes, Motion{}, MorphForm::paired),
+      Error);
   EXPECT_THROW(mesh_surface(Skeleton{}), InputError);
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -34,6 +35,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, int what)
 struct Case {
   Skeleton skeleton = test::random_tree(12, 3);
   Surface surface;
+  Structure structure = assemble(skeleton, {});
   Modes modes;
   Motion motion;
 
@@ -56,10 +58,21 @@ struct Case {
     motion.lean = 0.02 * random_matrix(rows, 1, 2);
   }
 
+  // The last mode turned into a static shape: the same motion by another name.
+  Case& with_static_shape() {
+    const Eigen::Index last = modes.count() - 1;
+    motion.static_shapes = {modes.frequency.tail(1), modes.shapes.rightCols(1)};
+    modes.frequency.conservativeResize(last);
+    modes.shapes.conservativeResize(Eigen::NoChange, last);
+    return *this;
+  }
+
   MorphTargets morphs(MorphForm form) const {
-    return make_morph_targets(skeleton, surface, modes, motion, form);
+    return make_morph_targets(skeleton, structure, surface, modes, motion, form);
   }
 };
+
+constexpr std::array all_forms{MorphForm::signed_weights, MorphForm::biased, MorphForm::paired};
 
 // What a player does that knows keys and weights only.
 std::vector<double> play(const MorphTargets& morphs, double time) {
@@ -81,15 +94,16 @@ double worst_error(const Case& c, const MorphTargets& morphs) {
   for (int i = 0; i < 400; ++i) {
     const double time = c.motion.period * (random_number(3, i) + 1) / 2;
     const SurfaceDelta wanted =
-        deform_surface(c.skeleton, c.surface, displacement_at(c.modes, c.motion, time));
+        deform_surface(c.skeleton, c.structure, c.surface, displacement_at(c.modes, c.motion, time));
     const std::vector<double> weights = play(morphs, time);
     for (std::size_t v = 0; v < c.surface.vertex_count(); ++v) {
       Vec3 moved = Vec3::Zero(), turned = Vec3::Zero();
       for (std::size_t t = 0; t < weights.size(); ++t) {
         const MorphTarget& target = morphs.targets[t];
         const SurfaceDelta& shape = morphs.shapes[static_cast<std::size_t>(target.shape)];
-        moved += weights[t] * target.sign * shape.position[v].cast<double>();
-        turned += weights[t] * target.sign * shape.normal[v].cast<double>();
+        const double weight = (weights[t] - target.rest) * target.sign;
+        moved += weight * shape.position[v].cast<double>();
+        turned += weight * shape.normal[v].cast<double>();
       }
       worst = std::max(worst, (moved - wanted.position[v].cast<double>()).norm());
       worst = std::max(worst, (turned - wanted.normal[v].cast<double>()).norm());
@@ -105,6 +119,25 @@ constexpr double float_error = 2e-5;
 TEST(MorphTargets, SignedWeightsGiveTheMotionAtAnyTime) {
   const Case c;
   EXPECT_LT(worst_error(c, c.morphs(MorphForm::signed_weights)), float_error);
+}
+
+TEST(MorphTargets, BiasedWeightsGiveTheMotionAtAnyTime) {
+  const Case c;
+  EXPECT_LT(worst_error(c, c.morphs(MorphForm::biased)), float_error);
+}
+
+TEST(MorphTargets, StaticShapesMoveLikeModesAndAreNamedForWhatTheyAre) {
+  const Case c = Case(3).with_static_shape();
+  for (const MorphForm form : all_forms) {
+    const MorphTargets morphs = c.morphs(form);
+    EXPECT_LT(worst_error(c, morphs), float_error);
+    EXPECT_EQ(morphs.frequencies.size(), 2U);
+    EXPECT_EQ(morphs.static_shape_count, 1);
+    const MorphTarget& last = morphs.targets.back();
+    EXPECT_EQ(last.name, form == MorphForm::paired ? "static 1 -" : "static 1");
+    EXPECT_EQ(last.kind, TargetKind::static_shape);
+    EXPECT_EQ(last.number, 0);
+  }
 }
 
 TEST(MorphTargets, PairedWeightsGiveTheMotionAtAnyTime) {
@@ -132,7 +165,7 @@ TEST(MorphTargets, PairedWeightsNeedTheKeysAtTheZeroCrossings) {
     const double time = c.motion.period * (random_number(4, i) + 1) / 2;
     const std::vector<double> with = play(morphs, time), without = play(sampled, time);
     for (std::size_t t = 1; t + 1 < with.size(); t += 2) {
-      ASSERT_EQ(morphs.targets[t].mode, morphs.targets[t + 1].mode);
+      ASSERT_EQ(morphs.targets[t].number, morphs.targets[t + 1].number);
       overlap = std::max(overlap, with[t] * with[t + 1]);
       overlap_without = std::max(overlap_without, without[t] * without[t + 1]);
     }
@@ -141,31 +174,36 @@ TEST(MorphTargets, PairedWeightsNeedTheKeysAtTheZeroCrossings) {
   EXPECT_GT(overlap_without, 0.01);
 }
 
-TEST(MorphTargets, WeightsReachButDoNotPassOne) {
+TEST(MorphTargets, WeightsOfAModeSpanOne) {
   const Case c;
-  for (const MorphForm form : {MorphForm::signed_weights, MorphForm::paired}) {
+  for (const MorphForm form : all_forms) {
     const MorphTargets morphs = c.morphs(form);
-    const float least = form == MorphForm::paired ? 0 : -1;
+    const float least = form == MorphForm::signed_weights ? -1 : 0;
     for (const float weight : morphs.weights) {
       EXPECT_GE(weight, least);
       EXPECT_LE(weight, 1);
       EXPECT_FALSE(weight == 0 && std::signbit(weight));
     }
     for (int mode = 0; mode < c.modes.count(); ++mode) {
-      float largest = 0;
+      float low = 1, high = -1;
       for (std::size_t k = 0; k < morphs.key_count(); ++k) {
+        float sum = 0;
         for (std::size_t t = 0; t < morphs.target_count(); ++t) {
-          if (morphs.targets[t].mode == mode) largest = std::max(largest, std::abs(morphs.weight(k, t)));
+          const MorphTarget& target = morphs.targets[t];
+          if (target.kind == TargetKind::mode && target.number == mode)
+            sum += target.sign * (morphs.weight(k, t) - target.rest);
         }
+        low = std::min(low, sum);
+        high = std::max(high, sum);
       }
-      EXPECT_EQ(largest, 1);
+      EXPECT_NEAR(high - low, 1, 1e-6);
     }
   }
 }
 
 TEST(MorphTargets, KeysIncreaseFromZeroToThePeriod) {
   const Case c;
-  for (const MorphForm form : {MorphForm::signed_weights, MorphForm::paired}) {
+  for (const MorphForm form : all_forms) {
     const MorphTargets morphs = c.morphs(form);
     ASSERT_GE(morphs.key_count(), 31U);
     EXPECT_EQ(morphs.times.front(), 0);
@@ -177,7 +215,7 @@ TEST(MorphTargets, KeysIncreaseFromZeroToThePeriod) {
 
 TEST(MorphTargets, TheLastKeyIsTheFirstBitForBit) {
   const Case c;
-  for (const MorphForm form : {MorphForm::signed_weights, MorphForm::paired}) {
+  for (const MorphForm form : all_forms) {
     const MorphTargets morphs = c.morphs(form);
     const std::size_t row = morphs.target_count(), last = (morphs.key_count() - 1) * row;
     ASSERT_EQ(morphs.weights.size(), last + row);
@@ -190,10 +228,11 @@ TEST(MorphTargets, SampledKeysHoldTheSamples) {
   const MorphTargets morphs = c.morphs(MorphForm::signed_weights);
   ASSERT_EQ(morphs.key_count(), 31U);
   for (int mode = 0; mode < c.modes.count(); ++mode) {
-    const double largest = c.motion.coordinates.col(mode).cwiseAbs().maxCoeff();
+    const Eigen::VectorXd y = c.motion.coordinates.col(mode);
+    const double span = y.maxCoeff() - y.minCoeff();
     for (int p = 0; p < 30; ++p) {
       EXPECT_EQ(morphs.weight(static_cast<std::size_t>(p), static_cast<std::size_t>(mode) + 1),
-                static_cast<float>(c.motion.coordinates(p, mode) / largest));
+                static_cast<float>(y[p] / span));
     }
   }
 }
@@ -204,20 +243,42 @@ std::vector<std::string> names(const MorphTargets& morphs) {
   return result;
 }
 
+TEST(MorphTargets, BiasedWeightsSpanZeroToOneAroundTheirRest) {
+  Case c(3);
+  c.motion.coordinates.col(1) = c.motion.coordinates.col(1).cwiseAbs();   // rests at one end
+  c.motion.coordinates.col(2) = -c.motion.coordinates.col(2).cwiseAbs();  // and at the other
+  const MorphTargets morphs = c.morphs(MorphForm::biased);
+  ASSERT_EQ(morphs.target_count(), 4U);
+  EXPECT_EQ(morphs.targets[0].rest, 0);
+  const double low = c.motion.coordinates.col(0).minCoeff(), high = c.motion.coordinates.col(0).maxCoeff();
+  EXPECT_EQ(morphs.targets[1].rest, static_cast<float>(-low / (high - low)));
+  EXPECT_EQ(morphs.targets[2].rest, 0);
+  EXPECT_EQ(morphs.targets[3].rest, 1);
+  float least = 1, most = 0;
+  for (std::size_t k = 0; k < morphs.key_count(); ++k) {
+    least = std::min(least, morphs.weight(k, 1));
+    most = std::max(most, morphs.weight(k, 1));
+  }
+  EXPECT_EQ(least, 0);
+  EXPECT_EQ(most, 1);
+  EXPECT_LT(worst_error(c, morphs), float_error);
+}
+
 TEST(MorphTargets, TakeTheFootOfAStemOnASpringAlong) {
-  const Case c;
-  const Structure soft = assemble(c.skeleton, {.root = {.rotation = 1e4}});
-  const MorphTargets morphs =
-      make_morph_targets(c.skeleton, c.surface, c.modes, c.motion, MorphForm::paired, &soft);
-  const SurfaceDelta lean = deform_surface(c.skeleton, c.surface, c.motion.lean, &soft);
+  Case c;
+  EXPECT_EQ(c.morphs(MorphForm::paired).shapes[0].position[0].norm(), 0);
+  c.structure = assemble(c.skeleton, {.root = {.rotation = 1e4}});
+  const MorphTargets morphs = c.morphs(MorphForm::paired);
+  const SurfaceDelta lean = deform_surface(c.skeleton, c.structure, c.surface, c.motion.lean);
   EXPECT_EQ(morphs.shapes[0].position, lean.position);
   EXPECT_GT(lean.position[0].norm(), 1e-5F);  // turned with the foot
-  EXPECT_EQ(c.morphs(MorphForm::paired).shapes[0].position[0].norm(), 0);
 }
 
 TEST(MorphTargets, AreNamedByModeAndFrequency) {
   const Case c(2);
   EXPECT_THAT(names(c.morphs(MorphForm::signed_weights)),
+              ElementsAre("mean lean", "mode 01 0.572 Hz", "mode 02 3.000 Hz"));
+  EXPECT_THAT(names(c.morphs(MorphForm::biased)),
               ElementsAre("mean lean", "mode 01 0.572 Hz", "mode 02 3.000 Hz"));
   EXPECT_THAT(names(c.morphs(MorphForm::paired)),
               ElementsAre("mean lean", "mode 01 0.572 Hz +", "mode 01 0.572 Hz -", "mode 02 3.000 Hz +",
@@ -238,8 +299,9 @@ TEST(MorphTargets, WhatDoesNotMoveGetsNone) {
   c.motion.lean.setZero();
   const MorphTargets morphs = c.morphs(MorphForm::signed_weights);
   ASSERT_EQ(morphs.target_count(), 2U);
-  EXPECT_EQ(morphs.targets[0].mode, 0);
-  EXPECT_EQ(morphs.targets[1].mode, 2);
+  EXPECT_EQ(morphs.targets[0].kind, TargetKind::mode);
+  EXPECT_EQ(morphs.targets[0].number, 0);
+  EXPECT_EQ(morphs.targets[1].number, 2);
   EXPECT_LT(worst_error(c, morphs), float_error);
   EXPECT_EQ(morphs.frequencies.size(), 3U);
 
@@ -286,6 +348,12 @@ TEST(MorphTargets, StagesThatDoNotFitAreRejected) {
   EXPECT_THAT(message([](Case& c) { c.motion.lean.conservativeResize(6); }),
               HasSubstr("lean is 6, wanted 72"));
   EXPECT_THAT(message([](Case& c) { c.motion.coordinates.resize(0, 4); }), HasSubstr("no samples"));
+  EXPECT_THAT(message([](Case& c) { c.structure.parent.pop_back(); }),
+              HasSubstr("structure's number of branches is 11, wanted 12"));
+  EXPECT_THAT(message([](Case& c) { c.surface.branch[5] = 12; }), HasSubstr("branch of a vertex is 12"));
+  EXPECT_THAT(
+      message([](Case& c) { c.with_static_shape().motion.static_shapes.shapes.conservativeResize(6, 1); }),
+      HasSubstr("rows of static shapes is 6, wanted 72"));
   EXPECT_THAT(message([&](Case& c) { c.motion.coordinates(3, 2) = nan; }), HasSubstr("not finite"));
   EXPECT_THAT(message([&](Case& c) { c.motion.lean(3) = nan; }), HasSubstr("not finite"));
   EXPECT_THAT(message([](Case& c) { c.motion.period = 0; }), HasSubstr("period"));

@@ -51,8 +51,8 @@ const Loop& loop() {
 }
 
 MorphTargets morphs(MorphForm form) {
-  return make_morph_targets(loop().subject.skeleton, loop().surface, loop().subject.modes, loop().motion,
-                            form, &loop().subject.structure);
+  return make_morph_targets(loop().subject.skeleton, loop().subject.structure, loop().surface,
+                            loop().subject.modes, loop().motion, form);
 }
 
 std::size_t read_tree(const std::string& path) { return read_skeleton(path).skeleton.branches.size(); }
@@ -86,14 +86,15 @@ const std::vector<WriteTask>& write_tasks() {
          true},
         {"PoseTable",
          [](const std::string& path) {
-           write_file_atomically(path, encode_pose_table(loop().subject.skeleton, loop().subject.modes,
-                                                         loop().motion, std::array{0, 1, 2}));
+           write_file_atomically(path,
+                                 encode_pose_table(loop().subject.skeleton, loop().subject.structure,
+                                                   loop().subject.modes, loop().motion, std::array{0, 1, 2}));
          }},
         {"WindPlot", [](const std::string& path) { write_wind_plot(path, loop().wind_report); }},
         {"ModesPlot",
          [](const std::string& path) {
            const Subject& subject = loop().subject;
-           write_file_atomically(path, plot_modes(subject.skeleton, subject.modes,
+           write_file_atomically(path, plot_modes(subject.skeleton, subject.structure, subject.modes,
                                                   assess_modes(subject.structure, subject.modes,
                                                                trunk_branches(subject.skeleton))));
          }},

@@ -27,14 +27,14 @@ std::string_view json_of(std::string_view glb) {
 
 void check_outputs(const Subject& subject, const Motion& motion) {
   const std::array frames = {0, 1, motion.sample_count()};
-  require_finite_text(encode_pose_table(subject.skeleton, subject.modes, motion, frames));
+  require_finite_text(encode_pose_table(subject.skeleton, subject.structure, subject.modes, motion, frames));
 
   const Surface surface = mesh_surface(subject.skeleton);
   for (const auto* vectors : {&surface.position, &surface.normal}) {
     for (const Eigen::Vector3f& v : *vectors) require_finite(v, "a vertex");
   }
-  const MorphTargets morphs = make_morph_targets(subject.skeleton, surface, subject.modes, motion,
-                                                 MorphForm::paired, &subject.structure);
+  const MorphTargets morphs = make_morph_targets(subject.skeleton, subject.structure, surface, subject.modes,
+                                                 motion, MorphForm::paired);
   for (const SurfaceDelta& shape : morphs.shapes) {
     for (const auto* vectors : {&shape.position, &shape.normal}) {
       for (const Eigen::Vector3f& v : *vectors) require_finite(v, "a morph target");

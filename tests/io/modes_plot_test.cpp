@@ -42,12 +42,13 @@ void add_segments(const std::string& path, Segments& segments) {
   }
 }
 
-Drawn draw(const Skeleton& skeleton, int count, const ModesPlotOptions& options = {}) {
-  const Structure structure = assemble(skeleton, {});
+Drawn draw(const Skeleton& skeleton, int count, const ModesPlotOptions& options = {},
+           const RootSpring& root = {}) {
+  const Structure structure = assemble(skeleton, {.root = root});
   Drawn drawn;
   drawn.modes = solve_modes(structure, {.count = count});
   drawn.quality = assess_modes(structure, drawn.modes, trunk_branches(skeleton));
-  drawn.svg = plot_modes(skeleton, drawn.modes, drawn.quality, options);
+  drawn.svg = plot_modes(skeleton, structure, drawn.modes, drawn.quality, options);
   for (const XmlElement& element : read_xml(drawn.svg)) {
     if (element.name == "text") drawn.texts.push_back(element.text);
     if (element.name == "g") {
@@ -103,6 +104,25 @@ TEST(PlotModes, SeesEveryModeFromTheSideThatShowsItsMotion) {
     EXPECT_NEAR(reach(shape.moved).x() / scale, wanted, 0.01 * length) << "mode " << r + 1;
     EXPECT_EQ(reach(shape.at_rest).x(), 0);
   }
+}
+
+// A stem that only slides on its spring moves all along its length by as much as its tip.
+TEST(PlotModes, AFootOnASpringMoves) {
+  const Skeleton stem = test::straight_stem(4, 2, 0.05, 0.05);
+  const auto shift = [](const Shape& shape) {  // of the foot, the point lowest on the page
+    const auto lowest = [](const Segments& segments) {
+      Eigen::Vector2d low = segments.front().front();
+      for (const auto& segment : segments) {
+        for (const Eigen::Vector2d& point : segment) low = point.y() > low.y() ? point : low;
+      }
+      return low;
+    };
+    return std::abs(lowest(shape.moved).x() - lowest(shape.at_rest).x());
+  };
+  const Drawn clamped = draw(stem, 2), sliding = draw(stem, 2, {.displacement = 0.1}, {.translation = 10});
+  EXPECT_EQ(shift(clamped.shapes[0]), 0);
+  const double scale = reach(sliding.shapes[0].at_rest).y() / 2;
+  EXPECT_NEAR(shift(sliding.shapes[0]) / scale, 0.1 * 2, 0.01);
 }
 
 TEST(PlotModes, TurnsNothingByMoreThanTheLargestRotation) {

@@ -15,6 +15,7 @@ namespace {
 
 struct Case {
   Skeleton skeleton = test::random_tree(4, 2);
+  Structure structure = assemble(skeleton, {});
   Modes modes;
   Motion motion{3, Eigen::MatrixXd::Random(6, 2), Eigen::VectorXd::Random(24)};
   Case() {
@@ -34,7 +35,7 @@ std::vector<double> numbers(const std::string& row) {
 TEST(EncodePoseTable, SaysWhereEveryNodeIsToTheLastBit) {
   const Case c;
   const int frames[] = {0, 4};
-  std::istringstream text(encode_pose_table(c.skeleton, c.modes, c.motion, frames));
+  std::istringstream text(encode_pose_table(c.skeleton, c.structure, c.modes, c.motion, frames));
   std::string row;
   std::getline(text, row);
   EXPECT_EQ(row, "frame,time_s,node,x,y,z,rx,ry,rz");
@@ -56,11 +57,33 @@ TEST(EncodePoseTable, SaysWhereEveryNodeIsToTheLastBit) {
   EXPECT_FALSE(std::getline(text, row));
 }
 
+// As the skin has it, in every other file.
+TEST(EncodePoseTable, ARootOnASpringMovesAsTheFootOfItsStem) {
+  Case c;
+  c.structure = assemble(c.skeleton, {.root = {.translation = 1e5, .rotation = 1e4}});
+  const int frames[] = {4};
+  std::istringstream text(encode_pose_table(c.skeleton, c.structure, c.modes, c.motion, frames));
+  std::string row;
+  std::getline(text, row);
+  std::getline(text, row);
+  const std::vector<double> found = numbers(row);
+  ASSERT_EQ(c.skeleton.parent(0), -1);
+  const BranchPoint foot =
+      branch_point(c.skeleton, c.structure, displacement_at(c.modes, c.motion, 3.0 * 4 / 6), 0, 0);
+  ASSERT_GT(foot.displacement.norm(), 1e-3);
+  ASSERT_GT(foot.rotation.norm(), 1e-3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    EXPECT_NEAR(found[3 + i], c.skeleton.roots[0][k] + foot.displacement[k], 1e-12);
+    EXPECT_NEAR(found[6 + i], foot.rotation[k], 1e-12);
+  }
+}
+
 TEST(EncodePoseTable, TheFrameAfterTheLastIsTheFirst) {
   const Case c;
   const int first[] = {0}, last[] = {6};
-  const std::string a = encode_pose_table(c.skeleton, c.modes, c.motion, first);
-  const std::string b = encode_pose_table(c.skeleton, c.modes, c.motion, last);
+  const std::string a = encode_pose_table(c.skeleton, c.structure, c.modes, c.motion, first);
+  const std::string b = encode_pose_table(c.skeleton, c.structure, c.modes, c.motion, last);
   const auto without_time = [](const std::string& text) {
     std::string kept;
     std::istringstream rows(text);
@@ -75,7 +98,7 @@ TEST(EncodePoseTable, RefusesFramesOutsideTheLoop) {
   const Case c;
   for (const int bad : {-1, 7}) {
     const int frames[] = {bad};
-    EXPECT_THROW(encode_pose_table(c.skeleton, c.modes, c.motion, frames), InputError);
+    EXPECT_THROW(encode_pose_table(c.skeleton, c.structure, c.modes, c.motion, frames), InputError);
   }
 }
 

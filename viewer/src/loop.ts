@@ -1,5 +1,6 @@
-// What the file holds: the plant with its morph targets, and their weights over one loop.
+// What the page holds: the plant with its morph targets, and their weights over one loop.
 import {AnimationClip, Mesh, MeshStandardMaterial, Object3D, Vector3} from 'three';
+import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
 
 export interface Facts {
@@ -8,8 +9,12 @@ export interface Facts {
   wind_speed_m_s: number;
   heading_deg: number;
   seed: number;
-  frequencies_hz: number[];
+  frequencies_hz: number[];  // of the modes
+  static_shapes: number;
 }
+
+// Of a morph target: under the mean wind; a mode; or what stands for the modes left out, and follows the wind at once.
+export type TargetKind = 'lean' | 'mode' | 'static';
 
 export type PlantMesh = Mesh<Mesh['geometry'], MeshStandardMaterial>;
 
@@ -18,20 +23,23 @@ export interface Loop {
   facts: Facts;
   root: Object3D;
   meshes: PlantMesh[];       // bark, then leaves
-  targetModes: number[];     // for each morph target its mode from 1, 0 for the mean lean
+  targetKinds: TargetKind[];
+  targetModes: number[];     // for each morph target its mode from 1, 0 for what is no mode
   times: ArrayLike<number>;  // [s] keys, 0 … period
   weights: ArrayLike<number>;  // keys x targets
 }
 
-export function decodeBase64(text: string): ArrayBuffer {
+// From base64 and gzip.
+export async function unpack(text: string): Promise<ArrayBuffer> {
   const characters = atob(text);
   const bytes = new Uint8Array(characters.length);
   for (let i = 0; i < bytes.length; ++i) bytes[i] = characters.charCodeAt(i);
-  return bytes.buffer;
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
 
 export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
-  const gltf = await new GLTFLoader().parseAsync(glb, '');
+  const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(glb, '');
+  gltf.scene.updateMatrixWorld(true);  // positions are whole numbers; the scale that makes metres of them stands above
   const meshes: PlantMesh[] = [];
   gltf.scene.traverse((object) => {
     if (object instanceof Mesh) meshes.push(object as PlantMesh);
@@ -42,6 +50,7 @@ export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
     facts: gltf.scene.userData.tremula,
     root: gltf.scene,
     meshes,
+    targetKinds: meshes[0].userData.targetKinds ?? [],
     targetModes: meshes[0].userData.targetModes ?? [],
     times: clip?.tracks[0].times ?? [0],
     weights: clip?.tracks[0].values ?? [],
@@ -51,7 +60,7 @@ export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
 // Linear between keys, as displacement_at() of the library.
 export function weightsAt(loop: Loop, time: number): number[] {
   const {times, weights} = loop;
-  const count = loop.targetModes.length;
+  const count = loop.targetKinds.length;
   let low = 0, high = times.length - 1;
   while (high - low > 1) {
     const middle = (low + high) >> 1;

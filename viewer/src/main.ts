@@ -1,6 +1,6 @@
 // Plays the loop that the page carries: evaluates the weights of the morph targets at any instant and shows them.
 import './style.css';
-import {decodeBase64, readLoop, Vertices, weightsAt, type Loop} from './loop';
+import {readLoop, unpack, Vertices, weightsAt, type Loop} from './loop';
 import {dress} from './materials';
 import {Panel, type Player} from './panel';
 import {Stage} from './stage';
@@ -25,15 +25,12 @@ declare global {
 // fluctuating one; the answer is linear in the loads.
 function shownWeights(loop: Loop, player: Player): number[] {
   const load = player.wind * player.wind;
-  return weightsAt(loop, player.time).map((weight, i) => {
-    const mode = loop.targetModes[i];
-    return mode === 0 || player.enabled[mode - 1] ? load * weight : 0;
-  });
+  return weightsAt(loop, player.time).map((weight, i) => player.enabled[i] ? load * weight : 0);
 }
 
 async function start(): Promise<void> {
   const data = document.getElementById('loop')!;
-  const loop = await readLoop(decodeBase64(data.textContent!));
+  const loop = await readLoop(await unpack(data.textContent!));
   data.remove();
   dress(loop.meshes);
 
@@ -43,7 +40,7 @@ async function start(): Promise<void> {
     time: 0,
     speed: 1,
     wind: 1,
-    enabled: loop.facts.frequencies_hz.map(() => true),
+    enabled: loop.targetKinds.map(() => true),
   };
   const canvas = document.getElementById('stage') as HTMLCanvasElement;
   const stage = new Stage(canvas, loop);

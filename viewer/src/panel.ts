@@ -6,7 +6,7 @@ export interface Player {
   time: number;       // [s] 0 … period
   speed: number;      // times real time
   wind: number;       // times the wind speed of the file
-  enabled: boolean[]; // for each mode from 1
+  enabled: boolean[]; // for each morph target
 }
 
 const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
@@ -16,7 +16,7 @@ export class Panel {
   private readonly time = element<HTMLInputElement>('time');
   private readonly timeText = element<HTMLOutputElement>('time-text');
   private readonly modes = element<HTMLDetailsElement>('modes');
-  private readonly bars = new Map<number, HTMLElement>();  // by mode
+  private readonly bars = new Map<number, HTMLElement>();  // by morph target
   private readonly rows = new Map<number, HTMLButtonElement>();
 
   // `changed` is called after the user has changed the player.
@@ -47,8 +47,8 @@ export class Panel {
     this.timeText.textContent = `${time.toFixed(1)} / ${this.period.toFixed(1)} s`;
     if (!this.modes.open) return;
     weights.forEach((weight, i) => {
-      const bar = this.bars.get(this.loop.targetModes[i]);
-      if (bar) bar.style.transform = `scaleX(${Math.max(-1, Math.min(1, weight))})`;
+      const bar = this.bars.get(i);
+      if (bar) bar.style.transform = `scaleX(${Math.max(-1, Math.min(1, 2 * weight))})`;  // weights span 1
     });
   }
 
@@ -81,44 +81,48 @@ export class Panel {
   }
 
   private showFacts(): void {
-    const modes = this.loop.targetModes.filter((mode) => mode > 0);
-    const hertz = modes.map((mode) => this.loop.facts.frequencies_hz[mode - 1]);
+    const hertz = this.loop.targetModes.filter((mode) => mode > 0).map((mode) => this.loop.facts.frequencies_hz[mode - 1]);
     const range = hertz.length > 0 ? ` · ${Math.min(...hertz).toFixed(2)}–${Math.max(...hertz).toFixed(2)} Hz` : '';
     element('name').textContent = this.loop.name;
     element('facts').textContent =
-        `${this.period.toFixed(1).replace('.0', '')} s loop · ${modes.length} mode${modes.length === 1 ? '' : 's'}${range}`;
+        `${this.period.toFixed(1).replace('.0', '')} s loop · ${hertz.length} mode${hertz.length === 1 ? '' : 's'}${range}`;
   }
 
+  // Modes, and behind them the static shapes; the lean always stays.
   private listModes(): void {
-    const modes = this.loop.targetModes.filter((mode) => mode > 0);
-    this.modes.hidden = modes.length === 0;
-    this.modes.addEventListener('toggle', this.changed);
-    for (const mode of modes) {
+    let staticShapes = 0;
+    this.loop.targetKinds.forEach((kind, i) => {
+      if (kind === 'lean') return;
+      const mode = this.loop.targetModes[i];
       const row = document.createElement('button'), bar = document.createElement('i');
       row.type = 'button';
-      row.append(`${mode}`, Object.assign(document.createElement('span'), {className: 'bar'}),
-                 `${this.loop.facts.frequencies_hz[mode - 1].toFixed(2)} Hz`);
+      row.append(kind === 'mode' ? `${mode}` : `s${++staticShapes}`,
+                 Object.assign(document.createElement('span'), {className: 'bar'}),
+                 kind === 'mode' ? `${this.loop.facts.frequencies_hz[mode - 1].toFixed(2)} Hz` : 'static');
+      if (kind === 'static') row.title = 'no mode: what the modes left out add, which follows the wind at once';
       row.querySelector('.bar')!.append(bar);
       row.addEventListener('click', (event) => {
-        if (event.detail < 2) this.setModes((m, on) => m === mode ? !on : on);
-        else if (event.detail === 2) this.setModes((m) => this.isAlone(mode) || m === mode);
+        if (event.detail < 2) this.enable((target, on) => target === i ? !on : on);
+        else if (event.detail === 2) this.enable((target) => this.isAlone(i) || target === i);
       });
-      this.bars.set(mode, bar);
-      this.rows.set(mode, row);
+      this.bars.set(i, bar);
+      this.rows.set(i, row);
       element('mode-list').append(row);
+    });
+    this.modes.hidden = this.rows.size === 0;
+    this.modes.addEventListener('toggle', this.changed);
+    this.enable(() => true);
+  }
+
+  private isAlone(target: number): boolean {
+    return [...this.rows.keys()].every((i) => this.player.enabled[i] === (i === target));
+  }
+
+  private enable(choose: (target: number, on: boolean) => boolean): void {
+    for (const [target, row] of this.rows) {
+      this.player.enabled[target] = choose(target, this.player.enabled[target]);
+      row.setAttribute('aria-pressed', String(this.player.enabled[target]));
     }
-    this.setModes(() => true);
-  }
-
-  private isAlone(mode: number): boolean {
-    return this.player.enabled.every((on, i) => on === (i === mode - 1));
-  }
-
-  private setModes(choose: (mode: number, on: boolean) => boolean): void {
-    const {enabled} = this.player;
-    const before = [...enabled];
-    for (let i = 0; i < enabled.length; ++i) enabled[i] = choose(i + 1, before[i]);
-    for (const [mode, row] of this.rows) row.setAttribute('aria-pressed', String(enabled[mode - 1]));
     this.changed();
   }
 }

@@ -29,7 +29,8 @@ export class Stage {
     for (const mesh of loop.meshes) {
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.frustumCulled = false;
-      this.extent.union(new Box3().setFromBufferAttribute(mesh.geometry.attributes.position as BufferAttribute));
+      const rest = new Box3().setFromBufferAttribute(mesh.geometry.attributes.position as BufferAttribute);
+      this.extent.union(rest.applyMatrix4(mesh.matrixWorld));
     }
     this.scene.add(loop.root);
     this.addSurroundings(loop);
@@ -80,8 +81,8 @@ export class Stage {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     const most = Math.min(gl.getParameter(gl.MAX_VERTEX_UNIFORM_VECTORS) - 64,
                           gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
-    if (loop.targetModes.length > most) {
-      throw new Error(`it has ${loop.targetModes.length} morph targets, and the graphics here can blend ${most}`);
+    if (loop.targetKinds.length > most) {
+      throw new Error(`it has ${loop.targetKinds.length} morph targets, and the graphics here can blend ${most}`);
     }
   }
 

@@ -1,37 +1,52 @@
 // The .glb as Blender plays it, against the poses: it clamps the weights of shape keys to 0 … 1.
 import assert from 'node:assert/strict';
 import {execFileSync, spawnSync} from 'node:child_process';
-import {readFileSync} from 'node:fs';
+import {readFileSync, writeFileSync} from 'node:fs';
 import {describe, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
-import {animate, distance, largestError, plants, readPoses, restNodes, settings} from './support.mjs';
+import {
+  animate, distance, heightOf, largestError, plants, readPoses, restNodes, settings, tolerance,
+} from './support.mjs';
 
 const script = fileURLToPath(new URL('blender_vertices.py', import.meta.url));
 const missing = spawnSync('blender', ['--version']).error;
 
+const forest = fileURLToPath(new URL('blender_forest.py', import.meta.url));
+const guide = fileURLToPath(new URL('../../docs/guide/animate.md', import.meta.url));
+const run = (python, ...more) => execFileSync('blender', ['--background', '--python-exit-code', '1', '--python', python, '--',
+                                                          ...more].map(String), {stdio: 'ignore'});
+
 describe('Blender', missing ? {skip: 'no Blender found'} : {}, () => {
   for (const plant of plants) {
-    test(`plays ${plant.name} as the poses say`, () => {
-      const paths = animate(plant, ['glb', 'csv']);
-      const poses = readPoses(paths.csv), rest = restNodes(plant);
-      const out = `${paths.glb}.json`, count = settings.period * settings.fps;
-      const frames = [0, Math.floor(0.31 * count), Math.floor(0.77 * count), count];
-      execFileSync('blender', ['--background', '--python-exit-code', '1', '--python', script, '--', paths.glb, out,
-                               settings.fps, ...frames].map(String), {stdio: 'ignore'});
-      const found = JSON.parse(readFileSync(out, 'utf8'));
-      assert.deepEqual(found.keys.slice(0, 2), ['Basis', 'mean lean']);
+    for (const morphs of ['biased', 'paired']) {
+      test(`plays ${plant.name} as the poses say, ${morphs}`, () => {
+        const paths = animate(plant, ['glb', 'csv'], {morphs});
+        const poses = readPoses(paths.csv), rest = restNodes(plant);
+        const out = `${paths.glb}.json`, count = settings.period * settings.fps;
+        const frames = [0, Math.floor(0.31 * count), Math.floor(0.77 * count), count];
+        run(script, paths.glb, out, settings.fps, ...frames);
+        const found = JSON.parse(readFileSync(out, 'utf8'));
+        assert.deepEqual(found.keys.slice(0, 2), ['Basis', 'mean lean']);
 
-      // The vertices that are on a node at rest: the tips of the axes.
-      const size = Math.max(...rest.map((node) => distance(node, rest[0])));
-      const pairs = found.rest.flatMap((vertex, index) => {
-        const node = rest.findIndex((place) => distance(place, vertex) < 1e-6 * size);
-        return node < 0 ? [] : [{index, node}];
+        // The vertices that are on a node at rest: the tips of the axes.
+        const near = 0.5 * tolerance * heightOf(rest);
+        const pairs = found.rest.flatMap((vertex, index) => {
+          const node = rest.findIndex((place) => distance(place, vertex) < near);
+          return node < 0 ? [] : [{index, node}];
+        });
+        assert.ok(pairs.length >= 3, `${pairs.length} tips found`);
+        for (const frame of frames) {
+          const positions = pairs.map(({index}) => found.poses[frame][index]);
+          assert.ok(largestError(pairs, positions, poses[frame % count], rest) < tolerance, `frame ${frame}`);
+        }
       });
-      assert.ok(pairs.length >= 3, `${pairs.length} tips found`);
-      for (const frame of frames) {
-        const positions = pairs.map(({index}) => found.poses[frame][index]);
-        assert.ok(largestError(pairs, positions, poses[frame % count], rest) < 0.01, `frame ${frame}`);
-      }
-    });
+    }
   }
+
+  test('makes a forest by the recipe in the guide', () => {
+    const {glb} = animate(plants[0], ['glb']);
+    const recipe = readFileSync(guide, 'utf8').match(/```python\n(import bpy[^]*?)```/)[1];
+    writeFileSync(`${glb}.py`, recipe);
+    run(forest, glb, `${glb}.py`);
+  });
 });

@@ -1,5 +1,6 @@
 # blender --background --python blender_vertices.py -- FILE.glb OUT.json FPS FRAME…
-# Imports the file as an artist would and writes where its vertices are: at rest, and evaluated at each frame.
+# Imports the file as an artist would and writes where its vertices are: with the weights of the mesh, which are those at
+# rest, and evaluated at each frame.
 import json
 import sys
 
@@ -25,5 +26,12 @@ for frame in frames:
     bpy.context.scene.frame_set(int(frame))
     evaluated = plant.evaluated_get(bpy.context.evaluated_depsgraph_get())
     poses[frame] = world(evaluated.to_mesh().vertices)
+
+with open(glb, "rb") as file:
+    header = file.read(20)
+    document = json.loads(file.read(int.from_bytes(header[12:16], "little")))
+weights = document["meshes"][0]["weights"]
+rest = numpy.array(world(keys[0].data))
+rest = rest + sum(w * (numpy.array(world(key.data)) - rest) for w, key in zip(weights, keys[1:]))
 with open(out, "w") as file:
-    json.dump({"keys": [key.name for key in keys], "rest": world(keys[0].data), "poses": poses}, file)
+    json.dump({"keys": [key.name for key in keys], "rest": rest.tolist(), "poses": poses}, file)

@@ -5,7 +5,8 @@ import {after, before, describe, test} from 'node:test';
 import {fileURLToPath, pathToFileURL} from 'node:url';
 import {build} from 'vite';
 import {
-  animate, distance, largestError, launchBrowser, needsBrowser, openPage, plants, readPoses, restNodes, settings, tips,
+  animate, distance, heightOf, largestError, launchBrowser, needsBrowser, openPage, plants, readPoses, restNodes, settings,
+  tips, tolerance,
 } from './support.mjs';
 
 async function bundlePlayer() {
@@ -25,19 +26,17 @@ describe('the .glb', needsBrowser, () => {
   });
   after(() => browser?.close());
 
-  for (const plant of plants) {
-    test(`${plant.name} plays in three.js as in the page`, async () => {
-      const paths = animate(plant, ['glb', 'html', 'csv']);
-      const poses = readPoses(paths.csv), rest = restNodes(plant);
-      const {page, complaints} = await openPage(browser);
-      await page.addScriptTag({content: player});
-      const {clips, targets} = await page.evaluate((bytes) => window.load(bytes),
-                                                   readFileSync(paths.glb).toString('base64'));
-      assert.deepEqual(clips, [{name: 'wind loop', duration: settings.period}]);
-      assert.equal(targets[0], 'mean lean');
-      assert.match(targets[1], /^mode 01 \d+\.\d{3} Hz \+$/);
-      assert.match(targets[2], /^mode 01 \d+\.\d{3} Hz -$/);
+  const load = async (path) => {
+    const {page, complaints} = await openPage(browser);
+    await page.addScriptTag({content: player});
+    const loaded = await page.evaluate((bytes) => window.load(bytes), readFileSync(path).toString('base64'));
+    return {page, complaints, ...loaded};
+  };
 
+  for (const plant of plants) {
+    test(`${plant.name} plays in three.js as in the page, in every form`, async () => {
+      const paths = animate(plant, ['html', 'csv']);
+      const poses = readPoses(paths.csv), rest = restNodes(plant), height = heightOf(rest);
       const own = await openPage(browser, {viewport: {width: 300, height: 200}});
       await own.page.goto(pathToFileURL(paths.html).href);
       await own.page.evaluate(() => window.tremula.ready);
@@ -49,27 +48,43 @@ describe('the .glb', needsBrowser, () => {
       })));
       await own.page.locator('#wind').fill('1');
       const pairs = tips(vertices, rest);
+      assert.ok(pairs.length >= 3, `${pairs.length} tips found`);
 
-      const count = settings.period * settings.fps;
-      for (const frame of [0, Math.floor(0.31 * count), Math.floor(0.77 * count)]) {
-        const positions = await page.evaluate((time) => window.pose(time), poses[frame].time);
-        const tipPositions = pairs.map(({index}) => positions[index]);
-        assert.ok(largestError(pairs, tipPositions, poses[frame], rest) < 0.01, `frame ${frame}`);
+      const normals = [];  // of each form at one instant
+      for (const options of [{}, {compress: 'meshopt'}, {compress: 'none'}, {morphs: 'paired'}, {morphs: 'signed'}]) {
+        const what = JSON.stringify(options);
+        const {page, complaints, clips, targets} = await load(animate(plant, ['glb'], options).glb);
+        assert.deepEqual(clips, [{name: 'wind loop', duration: settings.period}]);
+        assert.equal(targets[0], 'mean lean');
+        assert.match(targets[1], options.morphs === 'paired' ? /^mode 01 \d+\.\d{3} Hz \+$/ : /^mode 01 \d+\.\d{3} Hz$/);
+        assert.equal(targets.filter((name) => name.startsWith('mode 21')).length, 0);
+
+        const still = await page.evaluate(() => window.pose());
+        assert.ok(Math.max(...vertices.map(({rest: at}, i) => distance(at, still.positions[i]))) < tolerance * height, what);
+        const count = settings.period * settings.fps;
+        for (const frame of [0, Math.floor(0.31 * count), Math.floor(0.77 * count)]) {
+          const {positions} = await page.evaluate((time) => window.pose(time), poses[frame].time);
+          const tipPositions = pairs.map(({index}) => positions[index]);
+          assert.ok(largestError(pairs, tipPositions, poses[frame], rest) < tolerance, `${what} frame ${frame}`);
+        }
+        // Between the keys too, every vertex.
+        for (const time of [0.123, 3.3333, 19.99]) {
+          const {positions, normals: turned} = await page.evaluate((t) => window.pose(t), time);
+          const wanted = await own.page.evaluate((t) => {
+            window.tremula.setTime(t);
+            return Array.from({length: window.tremula.vertexCount}, (_, i) => window.tremula.vertex(i));
+          }, time);
+          assert.equal(positions.length, wanted.length);
+          const error = Math.max(...wanted.map((position, i) => distance(position, positions[i])));
+          assert.ok(error < 2 * tolerance * height, `${what}: ${error} m of ${height} m at ${time} s`);
+          if (time === 3.3333) normals.push(turned);
+        }
+        assert.deepEqual(complaints, []);
+        await page.close();
       }
-      // Between the keys too, every vertex.
-      for (const time of [0.123, 3.3333, 11.07, 19.99]) {
-        const positions = await page.evaluate((t) => window.pose(t), time);
-        const wanted = await own.page.evaluate((t) => {
-          window.tremula.setTime(t);
-          return Array.from({length: window.tremula.vertexCount}, (_, i) => window.tremula.vertex(i));
-        }, time);
-        const largest = Math.max(...wanted.map((position, i) => distance(position, vertices[i].rest)));
-        const error = Math.max(...wanted.map((position, i) => distance(position, positions[i])));
-        assert.equal(positions.length, wanted.length);
-        assert.ok(error < 0.001 * largest, `${error} m of ${largest} m at ${time} s`);
-      }
-      assert.deepEqual(complaints, []);
-      await Promise.all([page.close(), own.page.close()]);
+      for (const form of normals.slice(1))
+        assert.ok(Math.max(...form.map((normal, i) => distance(normal, normals[0][i]))) < 0.1);
+      await own.page.close();
     });
   }
 });

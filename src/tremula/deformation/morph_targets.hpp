@@ -11,25 +11,40 @@
 namespace tremula {
 
 enum class MorphForm {
-  signed_weights,  // one target a mode, weights in [-1, 1], keys at the samples
-  paired,  // a plus and a minus target a mode, weights in [0, 1] (Blender clamps negative ones); keys at
-           // the zero crossings of every mode too, so that max(y, 0) and max(-y, 0) are linear between keys
+  signed_weights,  // one target a mode over the plant at rest, weights of either sign, keys at the samples
+  biased,  // one target a mode, weights in [0, 1] (Blender clamps negative ones), keys at the samples. Weight
+           // 0 is the farthest that the mode goes to one side; the plant stands at rest at MorphTarget::rest
+  paired,  // a plus and a minus target a mode over the plant at rest, weights in [0, 1]; keys at the zero
+           // crossings of every mode too, so that max(y, 0) and max(-y, 0) are linear between keys
+};
+
+enum class TargetKind {
+  lean,          // under the mean wind, weight 1 all the time
+  mode,          // of Modes
+  static_shape,  // of Motion::static_shapes: no mode, it follows the wind at once
 };
 
 struct MorphTarget {
-  std::string name;  // "mean lean", "mode 03 0.572 Hz", in the paired form with " +" or " -" after it
-  int mode = -1;     // column of Modes::shapes, or -1 for the mean lean
-  int shape = 0;     // index into MorphTargets::shapes
-  float sign = 1;    // the target is sign * shape
+  std::string
+      name;  // "mean lean", "mode 03 0.572 Hz", "static 1", in the paired form with " +" or " -" after it
+  TargetKind kind = TargetKind::lean;
+  int number = 0;  // column of Modes::shapes or of StaticShapes::shapes
+  int shape = 0;   // index into MorphTargets::shapes
+  float sign = 1;  // the target is sign * shape
+  float rest = 0;  // its weight while the plant stands at rest
 };
 
-// Shapes are scaled so that the largest weight of a mode is 1; a mode that does not move, and a lean of zero,
-// get no target. Row k of the weights belongs to times[k]; between two keys weights are linear.
+// A mode's shape has the size of its whole swing, from the farthest to one side to the farthest to the other
+// (from rest where it goes to one side only): its weight, in the paired form the plus less the minus,
+// spans 1. What does not move gets no target. Row k of the weights belongs to times[k]; between two keys
+// weights are linear. The displacement from rest is the sum over the targets of (weight - rest) * sign *
+// shape.
 struct MorphTargets {
   double period = 0;                 // T [s]
   std::vector<double> frequencies;   // of all modes, also of those that got no target [Hz]
+  int static_shape_count = 0;        // as many as the motion has
   std::vector<SurfaceDelta> shapes;  // what the targets add to the vertices [m]
-  std::vector<MorphTarget> targets;  // the mean lean first, then modes in order
+  std::vector<MorphTarget> targets;  // the mean lean first, then modes in order, then static shapes
   std::vector<float> times;          // (K) [s] strictly increasing, first 0, last T
   std::vector<float> weights;        // (K x targets) by rows; the last row equals the first bit for bit
 
@@ -38,10 +53,9 @@ struct MorphTargets {
   float weight(std::size_t key, std::size_t target) const { return weights[key * targets.size() + target]; }
 };
 
-// structure: so that the feet of stems on springs move (branch_point); without it they stand still.
 // Throws Error when the stages do not fit together (numbers of modes or branches differ), when a value is not
 // finite, or when single precision cannot tell the instants of the loop apart.
-MorphTargets make_morph_targets(const Skeleton& skeleton, const Surface& surface, const Modes& modes,
-                                const Motion& motion, MorphForm form, const Structure* structure = nullptr);
+MorphTargets make_morph_targets(const Skeleton& skeleton, const Structure& structure, const Surface& surface,
+                                const Modes& modes, const Motion& motion, MorphForm form);
 
 }  // namespace tremula

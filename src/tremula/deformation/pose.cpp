@@ -3,6 +3,10 @@
 #include "tremula/base/check.hpp"
 #include "tremula/dynamics/basis.hpp"
 
+#include <algorithm>
+
+#include <tbb/parallel_for.h>
+
 namespace tremula {
 namespace {
 
@@ -11,12 +15,11 @@ struct EndMotion {
 };
 
 // The ends of a branch, the first carried rigidly from its node to the start of the branch.
-EndMotion start_motion(const Skeleton& skeleton, const Displacement& displacement, int branch,
-                       const Structure* structure) {
+EndMotion start_motion(const Skeleton& skeleton, const Structure& structure, const Displacement& displacement,
+                       int branch) {
   const int parent = skeleton.parent(branch);
   if (parent < 0) {
-    if (structure == nullptr) return {Vec3::Zero(), Vec3::Zero()};
-    const Vec6 foot = foot_displacement(*structure, displacement, branch);
+    const Vec6 foot = foot_displacement(structure, displacement, branch);
     return {foot.head<3>(), foot.tail<3>()};
   }
   const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
@@ -32,15 +35,15 @@ Displacement displacement_at(const Modes& modes, const Motion& motion, double ti
   return superpose(modes, motion, weights_at(motion, time, interpolation));
 }
 
-BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s,
-                         const Structure* structure) {
+BranchPoint branch_point(const Skeleton& skeleton, const Structure& structure,
+                         const Displacement& displacement, int branch, double s) {
   if (branch < 0 || branch >= skeleton.branch_count()) {
     throw InputError("branch", std::to_string(branch), "0 to " + std::to_string(skeleton.branch_count() - 1));
   }
   if (!(s >= 0 && s <= 1)) throw InputError("place along a branch", std::to_string(s), "0 to 1");
   check_equal("rows of the displacement", displacement.size(), Eigen::Index{6} * skeleton.branch_count());
   const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
-  const EndMotion start = start_motion(skeleton, displacement, branch, structure);
+  const EndMotion start = start_motion(skeleton, structure, displacement, branch);
   const EndMotion end{displacement.segment<3>(6 * branch), displacement.segment<3>(6 * branch + 3)};
   const Vec3 chord = self.end - self.start;
   const double length = chord.norm();
@@ -65,31 +68,38 @@ BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacem
   return point;
 }
 
-SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
-                            const Displacement& displacement, const Structure* structure) {
+SurfaceDelta deform_surface(const Skeleton& skeleton, const Structure& structure, const Surface& surface,
+                            const Displacement& displacement) {
   const auto vertices = static_cast<std::ptrdiff_t>(surface.vertex_count());
   check_equal("normals of the surface", static_cast<std::ptrdiff_t>(surface.normal.size()), vertices);
   check_equal("branches of the vertices", static_cast<std::ptrdiff_t>(surface.branch.size()), vertices);
   check_equal("places along the branches", static_cast<std::ptrdiff_t>(surface.along.size()), vertices);
-  if (structure) check_equal("branches of the structure", structure->branch_count(), skeleton.branch_count());
+  check_equal("branches of the structure", structure.branch_count(), skeleton.branch_count());
+  constexpr std::size_t together = 4096;
+  const std::size_t count = surface.vertex_count();
   SurfaceDelta delta;
-  delta.position.resize(surface.vertex_count());
-  delta.normal.resize(surface.vertex_count());
-  BranchPoint point;
-  Vec3 axis_point = Vec3::Zero();
-  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
-    const int branch = surface.branch[i];
-    // The vertices of a ring or a leaf stand one after the other: their cross section is worked out once.
-    if (i == 0 || branch != surface.branch[i - 1] || surface.along[i] != surface.along[i - 1]) {
-      const double s = static_cast<double>(surface.along[i]);
-      const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
-      point = branch_point(skeleton, displacement, branch, s, structure);
-      axis_point = self.start + s * (self.end - self.start);
+  delta.position.resize(count);
+  delta.normal.resize(count);
+  const auto deform = [&](std::size_t first, std::size_t end) {
+    BranchPoint point{Vec3::Zero(), Vec3::Zero()};
+    Vec3 axis_point = Vec3::Zero();
+    for (std::size_t i = first; i < end; ++i) {
+      const int branch = surface.branch[i];
+      // The vertices of a ring or a leaf stand one after the other: their cross section is worked out once.
+      if (i == first || branch != surface.branch[i - 1] || surface.along[i] != surface.along[i - 1]) {
+        const double s = static_cast<double>(surface.along[i]);
+        point = branch_point(skeleton, structure, displacement, branch, s);
+        const Branch& self = skeleton.branches[static_cast<std::size_t>(branch)];
+        axis_point = self.start + s * (self.end - self.start);
+      }
+      const Vec3 arm = surface.position[i].cast<double>() - axis_point;
+      delta.position[i] = (point.displacement + point.rotation.cross(arm)).cast<float>();
+      delta.normal[i] = point.rotation.cross(surface.normal[i].cast<double>()).cast<float>();
     }
-    const Vec3 arm = surface.position[i].cast<double>() - axis_point;
-    delta.position[i] = (point.displacement + point.rotation.cross(arm)).cast<float>();
-    delta.normal[i] = point.rotation.cross(surface.normal[i].cast<double>()).cast<float>();
-  }
+  };
+  tbb::parallel_for(std::size_t{0}, (count + together - 1) / together, [&](std::size_t part) {
+    deform(part * together, std::min(count, (part + 1) * together));
+  });
   return delta;
 }
 

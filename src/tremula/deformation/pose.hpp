@@ -14,8 +14,8 @@
 
 namespace tremula {
 
-// Displacement of all branch ends at once: (6N), rows as in Modes::shapes. Roots do not move, but the feet of
-// stems that stand on springs do (RootSpring): whoever draws them hands over the structure as well.
+// Displacement of all branch ends at once: (6N), rows as in Modes::shapes. The feet of stems have no rows:
+// they stand still, or move on the springs of the structure (foot_displacement).
 using Displacement = Eigen::VectorXd;
 
 // lean + shapes * coordinates (S section 3 and 6). The same bytes whether asked for alone or in a sequence.
@@ -30,10 +30,9 @@ struct BranchPoint {
 };
 
 // S eq. 1: A_k(s) (u_i, u_j): cubic across the branch, linear along it and in twist. s = 0 start … 1 end.
-// The start may be a rigid arm away from its node (Branch::start). On a root it moves by foot_displacement of
-// the structure, or not at all where none is given.
-BranchPoint branch_point(const Skeleton& skeleton, const Displacement& displacement, int branch, double s,
-                         const Structure* structure = nullptr);
+// The start may be a rigid arm away from its node (Branch::start). On a root it moves by foot_displacement.
+BranchPoint branch_point(const Skeleton& skeleton, const Structure& structure,
+                         const Displacement& displacement, int branch, double s);
 
 // The skin carried along, to first order: each vertex moves with its cross section, x + u + theta x (x -
 // axis). Gives the change of positions and of normals per vertex; linear in `displacement`, so a mode shape
@@ -42,7 +41,7 @@ struct SurfaceDelta {
   std::vector<Eigen::Vector3f> position;  // [m]
   std::vector<Eigen::Vector3f> normal;
 };
-SurfaceDelta deform_surface(const Skeleton& skeleton, const Surface& surface,
-                            const Displacement& displacement, const Structure* structure = nullptr);
+SurfaceDelta deform_surface(const Skeleton& skeleton, const Structure& structure, const Surface& surface,
+                            const Displacement& displacement);
 
 }  // namespace tremula

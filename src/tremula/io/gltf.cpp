@@ -3,180 +3,255 @@
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/finite.hpp"
+#include "tremula/io/glb_builder.hpp"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
-#include <nlohmann/json.hpp>
+#include <meshoptimizer.h>
+#include <tbb/parallel_for.h>
 
 namespace tremula {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using Vec3f = Eigen::Vector3f;
-
-static_assert(std::endian::native == std::endian::little,
-              "glTF is little endian and so are the copies made here");
-
-// Numbers that the format fixes.
-enum ComponentType { type_u16 = 5123, type_u32 = 5125, type_float = 5126 };
-enum BufferTarget { no_target = 0, vertex_data = 34962, index_data = 34963 };
-constexpr std::size_t max_glb_size = std::numeric_limits<std::uint32_t>::max();
-
-// The sections of the binary chunk. Accessors point into them, so there are few views however many targets.
-struct View {
-  const char* name;
-  std::size_t stride;  // 0: tightly packed, not vertex data
-  BufferTarget target;
-  std::string bytes = {};
-};
-enum ViewId { indices, vectors, textures, scalars, keys, sparse_indices, sparse_values, view_count };
-
-struct Builder {
-  std::array<View, view_count> views{{{"indices", 0, index_data},
-                                      {"vectors", 12, vertex_data},
-                                      {"texture coordinates", 8, vertex_data},
-                                      {"scalars", 4, vertex_data},
-                                      {"weights over time", 0, no_target},
-                                      {"sparse indices", 0, no_target},
-                                      {"sparse values", 0, no_target}}};
-  Json accessors = Json::array();
-
-  // Returns the offset in the view; data begins at multiples of four, as the format wants.
-  template <class T>
-  std::size_t append(ViewId id, const std::vector<T>& data) {
-    std::string& bytes = views[id].bytes;
-    bytes.resize((bytes.size() + 3) / 4 * 4);
-    const std::size_t offset = bytes.size();
-    bytes.append(reinterpret_cast<const char*>(data.data()), data.size() * sizeof(T));
-    return offset;
-  }
-
-  template <class T>
-  int add_accessor(ViewId id, const std::vector<T>& data, ComponentType component, const char* type) {
-    const std::size_t offset = append(id, data);
-    accessors.push_back({{"bufferView", static_cast<int>(id)},
-                         {"byteOffset", offset},
-                         {"componentType", static_cast<int>(component)},
-                         {"count", data.size()},
-                         {"type", type}});
-    return static_cast<int>(accessors.size()) - 1;
-  }
-};
+using Triangles = std::vector<std::uint32_t>;
 
 Vec3f y_up(const Vec3f& v) { return {v.x(), v.z(), -v.y()}; }
 
-void add_bounds(Json& accessor, const std::vector<Vec3f>& values) {
-  Vec3f low = values.front(), high = values.front();
-  for (const Vec3f& v : values) {
-    low = low.cwiseMin(v);
-    high = high.cwiseMax(v);
-  }
-  accessor["min"] = {low.x(), low.y(), low.z()};
-  accessor["max"] = {high.x(), high.y(), high.z()};
-}
+template <class Number>
+using Vectors = std::vector<std::array<Number, 3>>;
 
-int add_indices(Builder& builder, const std::vector<std::uint32_t>& data, std::size_t vertex_count) {
-  // 65535 itself would mean "restart the strip".
-  if (vertex_count > 65535) return builder.add_accessor(indices, data, type_u32, "SCALAR");
-  return builder.add_accessor(indices, std::vector<std::uint16_t>(data.begin(), data.end()), type_u16,
-                              "SCALAR");
-}
+// How vectors are stored: as whole numbers of a unit, the two kinds that KHR_mesh_quantization lets targets
+// have, or as floats.
+template <class PositionNumber, class NormalNumber>
+struct Storage {
+  using Position = PositionNumber;
+  using Normal = NormalNumber;
+  float position_unit;  // [m]
+  float normal_unit;
+  float negligible_position = 0;  // what a float is too small to be kept for, as rounding would have it
+  float negligible_normal = 0;
+};
+using Whole = Storage<std::int16_t, std::int8_t>;
+using Floats = Storage<float, float>;
 
-// A target's change of positions or normals. Most modes leave most of a tree at rest, so few values may be
-// enough.
-int add_change(Builder& builder, std::vector<Vec3f> values, double tolerance, bool bounds) {
-  std::vector<std::uint32_t> moved;
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    if (values[i].norm() > tolerance) moved.push_back(static_cast<std::uint32_t>(i));
-  }
-  const bool short_indices = values.size() <= 65535;
-  int id = static_cast<int>(builder.accessors.size());
-  if (moved.size() * ((short_indices ? 2 : 4) + sizeof(Vec3f)) >= values.size() * sizeof(Vec3f)) {
-    builder.add_accessor(vectors, values, type_float, "VEC3");
-  } else {
-    std::vector<Vec3f> kept, all(values.size(), Vec3f::Zero());
-    for (const std::uint32_t i : moved) kept.push_back(all[i] = values[i]);
-    values = std::move(all);
-    Json accessor = {
-        {"componentType", static_cast<int>(type_float)}, {"count", values.size()}, {"type", "VEC3"}};
-    if (!moved.empty()) {
-      const std::size_t where =
-          short_indices
-              ? builder.append(sparse_indices, std::vector<std::uint16_t>(moved.begin(), moved.end()))
-              : builder.append(sparse_indices, moved);
-      accessor["sparse"] = {{"count", moved.size()},
-                            {"indices",
-                             {{"bufferView", static_cast<int>(sparse_indices)},
-                              {"byteOffset", where},
-                              {"componentType", static_cast<int>(short_indices ? type_u16 : type_u32)}}},
-                            {"values",
-                             {{"bufferView", static_cast<int>(sparse_values)},
-                              {"byteOffset", builder.append(sparse_values, kept)}}}};
+template <class Number>
+std::array<Number, 3> stored(const Vec3f& value, float unit, float negligible) {
+  std::array<Number, 3> result{};
+  if constexpr (std::is_integral_v<Number>) {
+    constexpr auto most = static_cast<float>(std::numeric_limits<Number>::max());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float steps = std::round(value[static_cast<Eigen::Index>(k)] / unit);
+      result[k] = static_cast<Number>(std::clamp(steps, -most, most));
     }
-    builder.accessors.push_back(std::move(accessor));
+  } else if (value.lpNorm<Eigen::Infinity>() > negligible) {
+    result = {value.x(), value.y(), value.z()};
   }
-  if (bounds) add_bounds(builder.accessors.back(), values);
-  return id;
-}
-
-template <class T>
-std::vector<T> pick(const std::vector<T>& all, const std::vector<std::uint32_t>& which) {
-  std::vector<T> result;
-  result.reserve(which.size());
-  for (const std::uint32_t i : which) result.push_back(all[i]);
   return result;
 }
 
-std::vector<Vec3f> pick_y_up(const std::vector<Vec3f>& all, const std::vector<std::uint32_t>& which,
-                             float sign) {
-  std::vector<Vec3f> result;
-  result.reserve(which.size());
-  for (const std::uint32_t i : which) result.push_back(y_up(sign * all[i]));
+template <class Number>
+Vec3f read_back(const std::array<Number, 3>& value, float unit) {
+  return unit * Vec3f(value[0], value[1], value[2]);
+}
+
+// Texture coordinates and places along branches, to what nobody sees: the zeros behind it pack well.
+float rounded(float value) { return std::round(value * 4096) / 4096; }
+
+template <class Work>
+void for_all(std::size_t count, const Work& work) {
+  constexpr std::size_t together = 4096;
+  tbb::parallel_for(std::size_t{0}, (count + together - 1) / together, [&](std::size_t part) {
+    for (std::size_t i = part * together; i < std::min(count, (part + 1) * together); ++i) work(i);
+  });
+}
+
+const SurfaceDelta& shape_of(const MorphTargets& morphs, const MorphTarget& target) {
+  return morphs.shapes[static_cast<std::size_t>(target.shape)];
+}
+
+// The surface as it is where all weights are zero. Normals get unit length by a scale of each vertex, which
+// its targets must share: then the sum points where it should.
+struct Base {
+  std::vector<Vec3f> position, normal;
+  std::vector<float> normal_scale;
+};
+
+Base base_of(const Surface& surface, const MorphTargets& morphs) {
+  Base base{surface.position, surface.normal, {}};
+  base.normal_scale.resize(surface.vertex_count());
+  for_all(surface.vertex_count(), [&](std::size_t i) {
+    for (const MorphTarget& target : morphs.targets) {
+      if (target.rest == 0) continue;
+      base.position[i] -= target.rest * target.sign * shape_of(morphs, target).position[i];
+      base.normal[i] -= target.rest * target.sign * shape_of(morphs, target).normal[i];
+    }
+    const float length = base.normal[i].norm();
+    base.normal_scale[i] = length > 0 ? 1 / length : 1;
+    base.normal[i] *= base.normal_scale[i];
+  });
+  return base;
+}
+
+// Every coordinate of the base and of a target fits into 16 bits. Some room is left, since rounding the
+// targets moves the base.
+double step_of(const Base& base, const MorphTargets& morphs) {
+  float largest = std::numeric_limits<float>::min();
+  const auto include = [&](const std::vector<Vec3f>& values) {
+    for (const Vec3f& value : values) largest = std::max(largest, value.lpNorm<Eigen::Infinity>());
+  };
+  include(base.position);
+  for (const SurfaceDelta& shape : morphs.shapes) include(shape.position);
+  return static_cast<double>(largest) /
+         (32767 - std::min<double>(static_cast<double>(morphs.target_count()), 16383));
+}
+
+// Bark or leaves in the order that graphics cards like, triangles and then the vertices they use.
+struct Part {
+  std::vector<std::uint32_t> vertices;  // of the surface
+  Triangles triangles;                  // of positions in `vertices`
+};
+
+Part lay_out(const Triangles& triangles, std::size_t vertex_count) {
+  Part part{{}, Triangles(triangles.size())};
+  meshopt_optimizeVertexCache(part.triangles.data(), triangles.data(), triangles.size(), vertex_count);
+  std::vector<std::uint32_t> place(vertex_count);
+  part.vertices.resize(
+      meshopt_optimizeVertexFetchRemap(place.data(), part.triangles.data(), triangles.size(), vertex_count));
+  for (std::size_t i = 0; i < vertex_count; ++i) {
+    if (place[i] < part.vertices.size()) part.vertices[place[i]] = static_cast<std::uint32_t>(i);
+  }
+  for (std::uint32_t& corner : part.triangles) corner = place[corner];
+  return part;
+}
+
+// A target's share of one part, as the file has it.
+template <class Storage>
+struct StoredTarget {
+  Vectors<typename Storage::Position> moved;
+  Vectors<typename Storage::Normal> turned;
+};
+
+template <class Storage>
+StoredTarget<Storage> store_target(const MorphTarget& target, const SurfaceDelta& shape, const Part& part,
+                                   const Base& base, const Storage& storage) {
+  using Position = typename Storage::Position;
+  using Normal = typename Storage::Normal;
+  const std::size_t count = part.vertices.size();
+  StoredTarget<Storage> result{Vectors<Position>(count), Vectors<Normal>(count)};
+  for_all(count, [&](std::size_t i) {
+    const std::uint32_t v = part.vertices[i];
+    result.moved[i] = stored<Position>(y_up(target.sign * shape.position[v]), storage.position_unit,
+                                       storage.negligible_position);
+    result.turned[i] = stored<Normal>(y_up(target.sign * base.normal_scale[v] * shape.normal[v]),
+                                      storage.normal_unit, storage.negligible_normal);
+  });
   return result;
 }
 
-// Bark or leaves: the vertices that its triangles use, in their old order, and its share of every target.
-Json make_primitive(Builder& builder, const Surface& surface, const std::vector<std::uint32_t>& triangles,
-                    const MorphTargets& morphs, int material, double position_tolerance,
-                    const GltfOptions& options) {
-  std::vector<std::uint32_t> used = triangles;
-  std::sort(used.begin(), used.end());
-  used.erase(std::unique(used.begin(), used.end()), used.end());
-  std::vector<std::uint32_t> renumbered(surface.vertex_count());
-  for (std::size_t i = 0; i < used.size(); ++i) renumbered[used[i]] = static_cast<std::uint32_t>(i);
+// So that the plant stands at rest to half a step, what rounding did to the targets is taken off the base.
+template <class Storage>
+Vectors<typename Storage::Position> store_base(const Surface& surface, const MorphTargets& morphs,
+                                               const Part& part,
+                                               const std::vector<StoredTarget<Storage>>& targets,
+                                               const Storage& storage) {
+  Vectors<typename Storage::Position> result(part.vertices.size());
+  for_all(part.vertices.size(), [&](std::size_t i) {
+    Vec3f position = y_up(surface.position[part.vertices[i]]);
+    for (std::size_t t = 0; t < targets.size(); ++t)
+      position -= morphs.targets[t].rest * read_back(targets[t].moved[i], storage.position_unit);
+    result[i] = stored<typename Storage::Position>(position, storage.position_unit, 0);
+  });
+  return result;
+}
 
-  const std::vector<Vec3f> positions = pick_y_up(surface.position, used, 1);
-  const int position = builder.add_accessor(vectors, positions, type_float, "VEC3");
-  add_bounds(builder.accessors.back(), positions);
-  const std::vector<std::int32_t> branches = pick(surface.branch, used);
-  Json attributes = {
-      {"POSITION", position},
-      {"NORMAL", builder.add_accessor(vectors, pick_y_up(surface.normal, used, 1), type_float, "VEC3")},
-      {"TEXCOORD_0", builder.add_accessor(textures, pick(surface.texture, used), type_float, "VEC2")},
-      {"_BRANCH", builder.add_accessor(scalars, std::vector<float>(branches.begin(), branches.end()),
-                                       type_float, "SCALAR")},
-      {"_ALONG", builder.add_accessor(scalars, pick(surface.along, used), type_float, "SCALAR")}};
-
-  Json targets = Json::array();
-  for (const MorphTarget& target : morphs.targets) {
-    const SurfaceDelta& shape = morphs.shapes[static_cast<std::size_t>(target.shape)];
-    const int moved =
-        add_change(builder, pick_y_up(shape.position, used, target.sign), position_tolerance, true);
-    const int turned =
-        add_change(builder, pick_y_up(shape.normal, used, target.sign), options.normal_tolerance, false);
-    targets.push_back({{"POSITION", moved}, {"NORMAL", turned}});
+template <class Number>
+void add_bounds(Json& accessor, const Vectors<Number>& values) {
+  std::array<Number, 3> low = values.front(), high = values.front();
+  for (const std::array<Number, 3>& value : values) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], value[k]);
+      high[k] = std::max(high[k], value[k]);
+    }
   }
+  accessor["min"] = low;
+  accessor["max"] = high;
+}
 
-  Json primitive = {{"attributes", std::move(attributes)},
-                    {"indices", add_indices(builder, pick(renumbered, triangles), used.size())},
-                    {"material", material}};
-  if (!targets.empty()) primitive["targets"] = std::move(targets);
+int add_change(GlbBuilder& builder, const Vectors<float>& moved) { return builder.add_change(moved); }
+
+// In 8 bits where all of it fits: the unit is that of the node.
+int add_change(GlbBuilder& builder, const Vectors<std::int16_t>& moved) {
+  const bool small = std::all_of(moved.begin(), moved.end(), [](const auto& value) {
+    return std::all_of(value.begin(), value.end(), [](int steps) { return std::abs(steps) <= 127; });
+  });
+  if (!small) return builder.add_change(moved);
+  Vectors<std::int8_t> few(moved.size());
+  for_all(moved.size(), [&](std::size_t i) {
+    for (std::size_t k = 0; k < 3; ++k) few[i][k] = static_cast<std::int8_t>(moved[i][k]);
+  });
+  return builder.add_change(few);
+}
+
+// Positions and normals of one part, and what the targets do to them.
+template <class Storage>
+void add_vectors(GlbBuilder& builder, const Surface& surface, const MorphTargets& morphs, const Part& part,
+                 const Base& base, const Storage& storage, Json& primitive) {
+  constexpr bool normalized = std::is_integral_v<typename Storage::Normal>;
+  std::vector<StoredTarget<Storage>> targets;
+  for (const MorphTarget& target : morphs.targets)
+    targets.push_back(store_target(target, shape_of(morphs, target), part, base, storage));
+
+  const auto position = store_base(surface, morphs, part, targets, storage);
+  Vectors<typename Storage::Normal> normal(part.vertices.size());
+  for_all(part.vertices.size(), [&](std::size_t i) {
+    normal[i] = stored<typename Storage::Normal>(y_up(base.normal[part.vertices[i]]), storage.normal_unit, 0);
+  });
+  const int id = builder.add_attribute(position);
+  add_bounds(builder.accessor(id), position);
+  primitive["attributes"] = {{"POSITION", id}, {"NORMAL", builder.add_attribute(normal, normalized)}};
+
+  for (const StoredTarget<Storage>& target : targets) {
+    const int moved = add_change(builder, target.moved);
+    add_bounds(builder.accessor(moved), target.moved);
+    primitive["targets"].push_back(
+        {{"POSITION", moved}, {"NORMAL", builder.add_change(target.turned, normalized)}});
+  }
+}
+
+template <class Value>
+std::vector<std::array<float, 1>> numbers(const std::vector<Value>& all, const Part& part) {
+  std::vector<std::array<float, 1>> result;
+  result.reserve(part.vertices.size());
+  for (const std::uint32_t v : part.vertices) result.push_back({rounded(static_cast<float>(all[v]))});
+  return result;
+}
+
+Json make_primitive(GlbBuilder& builder, const Surface& surface, const Triangles& triangles,
+                    const MorphTargets& morphs, const Base& base, double step, bool quantised, int material) {
+  const Part part = lay_out(triangles, surface.vertex_count());
+  Json primitive = Json::object();
+  const auto unit = static_cast<float>(step);
+  if (quantised) {
+    add_vectors(builder, surface, morphs, part, base, Whole{unit, 1.0F / 127}, primitive);
+  } else {
+    add_vectors(builder, surface, morphs, part, base, Floats{1, 1, unit / 2, 0.5F / 127}, primitive);
+  }
+  std::vector<std::array<float, 2>> texture;
+  for (const std::uint32_t v : part.vertices)
+    texture.push_back({rounded(surface.texture[v].x()), rounded(surface.texture[v].y())});
+  Json& attributes = primitive["attributes"];
+  attributes["TEXCOORD_0"] = builder.add_attribute(texture);
+  attributes["_BRANCH"] = builder.add_attribute(numbers(surface.branch, part));
+  attributes["_ALONG"] = builder.add_attribute(numbers(surface.along, part));
+  primitive["indices"] = builder.add_triangles(part.triangles, part.vertices.size());
+  primitive["material"] = material;
   return primitive;
 }
 
@@ -197,11 +272,11 @@ Json make_material(const char* name, const Vec3f& srgb, double roughness, bool d
   return material;
 }
 
-Json make_animation(Builder& builder, const MorphTargets& morphs) {
-  const int input = builder.add_accessor(keys, morphs.times, type_float, "SCALAR");
-  builder.accessors.back()["min"] = {morphs.times.front()};
-  builder.accessors.back()["max"] = {morphs.times.back()};
-  const int output = builder.add_accessor(keys, morphs.weights, type_float, "SCALAR");
+Json make_animation(GlbBuilder& builder, const MorphTargets& morphs) {
+  const int input = builder.add_numbers(morphs.times);
+  builder.accessor(input)["min"] = {morphs.times.front()};
+  builder.accessor(input)["max"] = {morphs.times.back()};
+  const int output = builder.add_numbers(morphs.weights);
   return {{"name", "wind loop"},
           {"channels", Json::array({{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}})},
           {"samplers", Json::array({{{"input", input}, {"output", output}, {"interpolation", "LINEAR"}}})}};
@@ -229,71 +304,34 @@ void check_fit(const Surface& surface, const MorphTargets& morphs) {
   }
 }
 
-double largest_movement(const MorphTargets& morphs) {
-  float largest = 0;
-  for (const SurfaceDelta& shape : morphs.shapes) {
-    for (const Vec3f& change : shape.position) largest = std::max(largest, change.norm());
+const char* name_of(TargetKind kind) {
+  switch (kind) {
+    case TargetKind::lean:
+      return "lean";
+    case TargetKind::mode:
+      return "mode";
+    case TargetKind::static_shape:
+      break;
   }
-  return largest;
+  return "static";
 }
 
-void append_u32(std::string& bytes, std::size_t value) {
-  const auto word = static_cast<std::uint32_t>(value);
-  bytes.append(reinterpret_cast<const char*>(&word), sizeof word);
-}
-
-// The container: header, JSON chunk padded with blanks, binary chunk. Uses up the views, which may be large.
-std::string pack(Json& document, Builder& builder) {
-  Json buffer_views = Json::array();
-  std::array<int, view_count> renumbered{};
-  std::size_t size = 0;
-  for (std::size_t id = 0; id < view_count; ++id) {
-    View& view = builder.views[id];
-    if (view.bytes.empty()) continue;
-    renumbered[id] = static_cast<int>(buffer_views.size());
-    Json json = {{"name", view.name}, {"buffer", 0}, {"byteOffset", size}, {"byteLength", view.bytes.size()}};
-    if (view.stride != 0) json["byteStride"] = view.stride;
-    if (view.target != no_target) json["target"] = static_cast<int>(view.target);
-    buffer_views.push_back(std::move(json));
-    view.bytes.resize((view.bytes.size() + 3) / 4 * 4);
-    size += view.bytes.size();
+Json make_mesh(const MorphTargets& morphs, const std::string& name, Json primitives) {
+  Json mesh = {{"name", name}, {"primitives", std::move(primitives)}};
+  if (morphs.targets.empty()) return mesh;
+  Json rest = Json::array(), names = Json::array(), kinds = Json::array(), modes = Json::array();
+  for (const MorphTarget& target : morphs.targets) {
+    rest.push_back(target.rest);
+    names.push_back(target.name);
+    kinds.push_back(name_of(target.kind));
+    modes.push_back(target.kind == TargetKind::mode ? target.number + 1 : 0);
   }
-  const auto renumber = [&](Json& json) {
-    json["bufferView"] = renumbered[json["bufferView"].get<std::size_t>()];
-  };
-  for (Json& accessor : builder.accessors) {
-    if (accessor.contains("bufferView")) renumber(accessor);
-    if (accessor.contains("sparse")) {
-      renumber(accessor["sparse"]["indices"]);
-      renumber(accessor["sparse"]["values"]);
-    }
-  }
-  document["accessors"] = std::move(builder.accessors);
-  document["bufferViews"] = std::move(buffer_views);
-  document["buffers"] = Json::array({{{"byteLength", size}}});
-
-  // File names end up in names, and those need not be UTF-8.
-  std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::size_t total = 12 + 8 + text.size() + 8 + size;
-  if (total > max_glb_size) {
-    throw Error("glTF: the file would have " + std::to_string(total) +
-                " bytes and .glb ends at 4 GiB: ask for fewer modes or a coarser surface");
-  }
-
-  std::string bytes = "glTF";
-  bytes.reserve(total);
-  append_u32(bytes, 2);
-  append_u32(bytes, total);
-  append_u32(bytes, text.size());
-  bytes += "JSON" + text;
-  append_u32(bytes, size);
-  bytes.append("BIN\0", 4);
-  for (View& view : builder.views) {
-    bytes += view.bytes;
-    std::string().swap(view.bytes);
-  }
-  return bytes;
+  // A viewer that does not play shows the plant at rest.
+  mesh["weights"] = std::move(rest);
+  mesh["extras"] = {{"targetNames", std::move(names)},
+                    {"targetKinds", std::move(kinds)},
+                    {"targetModes", std::move(modes)}};
+  return mesh;
 }
 
 }  // namespace
@@ -301,49 +339,45 @@ std::string pack(Json& document, Builder& builder) {
 std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const LoopInfo& info,
                        const GltfOptions& options) {
   check_fit(surface, morphs);
-  const bool moves = morphs.target_count() > 0;
-  const double position_tolerance = options.position_tolerance * largest_movement(morphs);
+  const Base base = base_of(surface, morphs);
+  const double step = step_of(base, morphs);
+  const bool quantised = options.compression != MeshCompression::none;
 
-  Builder builder;
+  GlbBuilder builder(options.compression);
   Json primitives = Json::array(), materials = Json::array();
-  const auto add_part = [&](const std::vector<std::uint32_t>& triangles, Json material) {
+  const auto add_part = [&](const Triangles& triangles, Json material) {
     if (triangles.empty()) return;
-    primitives.push_back(make_primitive(builder, surface, triangles, morphs,
-                                        static_cast<int>(materials.size()), position_tolerance, options));
+    primitives.push_back(make_primitive(builder, surface, triangles, morphs, base, step, quantised,
+                                        static_cast<int>(materials.size())));
     materials.push_back(std::move(material));
   };
   add_part(surface.bark_triangles, make_material("bark", surface.bark_color, 0.9, false));
   add_part(surface.leaf_triangles, make_material("leaf", surface.leaf_color, 0.6, true));
 
-  Json mesh = {{"name", info.name}, {"primitives", std::move(primitives)}};
-  if (moves) {
-    Json names = Json::array(), modes = Json::array();
-    for (const MorphTarget& target : morphs.targets) {
-      names.push_back(target.name);
-      modes.push_back(target.mode + 1);
-    }
-    // A viewer that does not play shows the loop's first instant.
-    mesh["weights"] = std::vector<float>(
-        morphs.weights.begin(), morphs.weights.begin() + static_cast<std::ptrdiff_t>(morphs.target_count()));
-    mesh["extras"] = {{"targetNames", std::move(names)}, {"targetModes", std::move(modes)}};
-  }
   const Json facts = {{"period_s", morphs.period},
                       {"frames_per_second", info.frames_per_second},
                       {"wind_speed_m_s", info.wind_speed},
                       {"heading_deg", info.heading},
                       {"seed", info.seed},
-                      {"frequencies_hz", morphs.frequencies}};
-
+                      {"frequencies_hz", morphs.frequencies},
+                      {"static_shapes", morphs.static_shape_count}};
+  Json node = {{"name", info.name}, {"mesh", 0}};
+  if (quantised) node["scale"] = {step, step, step};
   Json document = {
       {"asset", {{"version", "2.0"}, {"generator", "tremula " TREMULA_VERSION}}},
       {"scene", 0},
       {"scenes",
        Json::array({{{"name", info.name}, {"nodes", Json::array({0})}, {"extras", {{"tremula", facts}}}}})},
-      {"nodes", Json::array({{{"name", info.name}, {"mesh", 0}}})},
-      {"meshes", Json::array({std::move(mesh)})},
+      {"nodes", Json::array({std::move(node)})},
+      {"meshes", Json::array({make_mesh(morphs, info.name, std::move(primitives))})},
       {"materials", std::move(materials)}};
-  if (moves) document["animations"] = Json::array({make_animation(builder, morphs)});
-  return pack(document, builder);
+  if (quantised) {
+    Json extensions = Json::array({"KHR_mesh_quantization"});
+    if (options.compression == MeshCompression::meshopt) extensions.push_back("EXT_meshopt_compression");
+    document["extensionsUsed"] = document["extensionsRequired"] = extensions;
+  }
+  if (!morphs.targets.empty()) document["animations"] = Json::array({make_animation(builder, morphs)});
+  return std::move(builder).pack(document);
 }
 
 void write_glb(const std::string& path, const Surface& surface, const MorphTargets& morphs,

@@ -1,15 +1,20 @@
 // Binary glTF 2.0 (.glb): the skin, its morph targets and one animation of their weights, "wind loop". Turned
 // to glTF's axes (y up) only here: x, y, z become x, z, -y.
 //
-// Bark and leaves are two primitives of one mesh; both carry the same targets, positions and normals. Every
-// vertex says in _BRANCH and _ALONG (floats) which branch carries it and where (Surface::branch,
-// Surface::along). The scene's extras repeat LoopInfo, the period and the frequencies; the mesh's extras name
-// the targets (targetNames) and tell for each the mode it belongs to (targetModes, from 1; 0 is the mean
-// lean).
+// Bark and leaves are two primitives of one mesh; both carry the same targets, positions and normals.
+// Quantised (KHR_mesh_quantization), positions and their changes are whole numbers of one step, in 16 bits or
+// 8, and the node's scale is the step, about the height/32767; normals are whole numbers of 1/127, and a
+// change of more than 1 is cut. A vertex that a target moves by less than half a step stands still in it.
+// mesh.weights are those at which the plant stands at rest (MorphTarget::rest). Every vertex says in _BRANCH
+// and _ALONG (floats) which branch carries it and where (Surface::branch, Surface::along to 1/4096). The
+// scene's extras repeat LoopInfo, the period, the frequencies of the modes and the number of static shapes;
+// the mesh's extras give of each target the name (targetNames), the kind (targetKinds: "lean", "mode" or
+// "static") and the mode it belongs to (targetModes, from 1; 0 for what is no mode).
 #pragma once
 
 #include "tremula/deformation/morph_targets.hpp"
 #include "tremula/geometry/surface.hpp"
+#include "tremula/io/mesh_compression.hpp"
 
 #include <cstdint>
 #include <string>
@@ -26,9 +31,7 @@ struct LoopInfo {
 };
 
 struct GltfOptions {
-  // A target is stored sparsely where that is smaller; then changes below these bounds are left out.
-  double position_tolerance = 1e-4;  // of the largest movement that any target gives any vertex
-  double normal_tolerance = 5e-3;    // length of the change of the unit normal, about radians
+  MeshCompression compression = MeshCompression::quantised;
 };
 
 // The same arguments give the same bytes. Throws Error when the surface has no triangles, when a number is

@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include <zlib.h>
+
 namespace tremula {
 
 // The page as the viewer's build made it, empty without Node.js. Written by viewer/scripts/embed.mjs.
@@ -34,6 +36,24 @@ void append_base64(std::string& text, std::string_view bytes) {
   }
 }
 
+// What browsers unpack themselves (DecompressionStream).
+std::string gzip(std::string& bytes) {
+  z_stream stream{};
+  constexpr int gzip_window = 15 + 16;  // 2^15 bytes; 16 asks for the header of gzip
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, gzip_window, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw Error(".html: zlib cannot start");
+  std::string packed(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(bytes.data());
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const int result = deflate(&stream, Z_FINISH);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  if (result != Z_STREAM_END) throw Error(".html: zlib cannot pack the loop");
+  return packed;
+}
+
 std::string escape(std::string_view text) {
   std::string result;
   for (const char c : text) {
@@ -58,8 +78,9 @@ std::string encode_html(const Surface& surface, const MorphTargets& morphs, cons
   }
   const std::string_view page = viewer_page();
   const std::size_t title = page.find(title_mark), loop = page.find(loop_mark);
-  const std::string glb = encode_glb(surface, morphs, info);
-  const std::size_t encoded_size = base64_size(glb.size());
+  std::string glb = encode_glb(surface, morphs, info, {.compression = MeshCompression::meshopt});
+  const std::string packed = gzip(glb);
+  const std::size_t encoded_size = base64_size(packed.size());
   if (encoded_size > max_encoded_size) {
     throw Error(".html: the loop would take " + std::to_string(encoded_size) +
                 " bytes and browsers open at most " + std::to_string(max_encoded_size) +
@@ -71,7 +92,7 @@ std::string encode_html(const Surface& surface, const MorphTargets& morphs, cons
   html += page.substr(0, title);
   html += escape(info.name);
   html += page.substr(title + title_mark.size(), loop - title - title_mark.size());
-  append_base64(html, glb);
+  append_base64(html, packed);
   html += page.substr(loop + loop_mark.size());
   return html;
 }

@@ -1,5 +1,6 @@
 // One self-contained page (.html) that plays a loop: the viewer of viewer/, which is compiled into this
-// library, and the loop itself as glTF with signed weights. It asks the network for nothing.
+// library, and the loop itself as glTF with signed weights, packed by meshopt and gzip. It asks the network
+// for nothing.
 #pragma once
 
 #include "tremula/io/gltf.hpp"

@@ -168,9 +168,9 @@ struct Placement {
 
 // Branches, and the rigid arms that hold them, as lines as wide as they are thick, the more coloured the more
 // their ends move. They are gathered in a few widths and colours to keep files small.
-std::string draw_branches(const Skeleton& skeleton, const std::vector<int>& branches,
-                          const Displacement& displacement, const Placement& placement,
-                          const std::string& still, const std::string& moving) {
+std::string draw_branches(const Skeleton& skeleton, const Structure& structure,
+                          const std::vector<int>& branches, const Displacement& displacement,
+                          const Placement& placement, const std::string& still, const std::string& moving) {
   constexpr int shades = 6;
   double farthest = 0;
   const auto moved = [&](int k) { return displacement.segment<3>(6 * k).norm(); };
@@ -193,7 +193,7 @@ std::string draw_branches(const Skeleton& skeleton, const std::vector<int>& bran
     for (int i = 0; i <= pieces; ++i) {
       const double s = static_cast<double>(i) / pieces;
       draw_to(branch.start + s * (branch.end - branch.start) +
-              branch_point(skeleton, displacement, k, s).displacement);
+              branch_point(skeleton, structure, displacement, k, s).displacement);
     }
     const double share = farthest > 0 ? std::sqrt(moved(k) / farthest) : 0;
     by_look[{static_cast<int>(std::lround(shades * share)),
@@ -234,8 +234,8 @@ std::string scale_bar(double x, double y, double panel_width, double scale) {
 
 }  // namespace
 
-std::string plot_modes(const Skeleton& skeleton, const Modes& modes, const ModeQuality& quality,
-                       const ModesPlotOptions& options) {
+std::string plot_modes(const Skeleton& skeleton, const Structure& structure, const Modes& modes,
+                       const ModeQuality& quality, const ModesPlotOptions& options) {
   check_finite("plot: frequencies", modes.frequency);
   check_finite("plot: total mass", quality.total_mass);
   const Box frame{84, 78, page_width - 84 - margin, 250};
@@ -286,9 +286,10 @@ std::string plot_modes(const Skeleton& skeleton, const Modes& modes, const ModeQ
     const std::vector<int> branches = branches_to_draw(skeleton, shape, options.branch_count);
     const std::string color = color_of(quality.kind[i]);
     body += "<g id=\"mode-" + std::to_string(r + 1) + "\">\n";
-    body += draw_branches(skeleton, branches, Displacement::Zero(shape.size()), placement, at_rest, at_rest);
-    body +=
-        draw_branches(skeleton, branches, amplitude(shape, size, options) * shape, placement, unmoved, color);
+    body += draw_branches(skeleton, structure, branches, Displacement::Zero(shape.size()), placement, at_rest,
+                          at_rest);
+    body += draw_branches(skeleton, structure, branches, amplitude(shape, size, options) * shape, placement,
+                          unmoved, color);
     const double text = y + panel_height + 16;
     body += svg_text(x + panel_width / 2, text,
                      std::to_string(r + 1) + " \u00b7 " + print("%#.4g Hz", modes.frequency[r]),

@@ -4,6 +4,7 @@
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/modes/mode_quality.hpp"
 #include "tremula/modes/modes.hpp"
+#include "tremula/structure/structure.hpp"
 
 #include <string>
 
@@ -19,9 +20,9 @@ struct ModesPlotOptions {
 
 // SVG text. Each shape is seen from the side, so that the horizontal direction in which the mode moves most
 // lies across (heading: its angle from x towards y); torsion of a wide crown from above. At rest grey;
-// displaced in the colour of the kind, the stronger the more it moves. The same arguments give the same
-// bytes.
-std::string plot_modes(const Skeleton& skeleton, const Modes& modes, const ModeQuality& quality,
-                       const ModesPlotOptions& options = {});
+// displaced in the colour of the kind, the stronger the more it moves; feet on springs move too. The same
+// arguments give the same bytes.
+std::string plot_modes(const Skeleton& skeleton, const Structure& structure, const Modes& modes,
+                       const ModeQuality& quality, const ModesPlotOptions& options = {});
 
 }  // namespace tremula

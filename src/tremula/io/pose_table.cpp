@@ -4,6 +4,7 @@
 #include "tremula/io/finite.hpp"
 
 #include <charconv>
+#include <vector>
 
 namespace tremula {
 namespace {
@@ -16,10 +17,21 @@ void append(std::string& text, Number value, char after) {
   text.push_back(after);
 }
 
+// For each root the first branch that stands on it, -1 where none does.
+std::vector<int> stems_of(const Skeleton& skeleton) {
+  std::vector<int> stems(skeleton.roots.size(), -1);
+  for (int k = skeleton.branch_count() - 1; k >= 0; --k) {
+    if (skeleton.parent(k) < 0)
+      stems[static_cast<std::size_t>(skeleton.branches[static_cast<std::size_t>(k)].start_node)] = k;
+  }
+  return stems;
+}
+
 }  // namespace
 
-std::string encode_pose_table(const Skeleton& skeleton, const Modes& modes, const Motion& motion,
-                              std::span<const int> frames) {
+std::string encode_pose_table(const Skeleton& skeleton, const Structure& structure, const Modes& modes,
+                              const Motion& motion, std::span<const int> frames) {
+  const std::vector<int> stems = stems_of(skeleton);
   std::string text = "frame,time_s,node,x,y,z,rx,ry,rz\n";
   for (const int frame : frames) {
     if (frame < 0 || frame > motion.sample_count()) {
@@ -29,17 +41,18 @@ std::string encode_pose_table(const Skeleton& skeleton, const Modes& modes, cons
     const Displacement displacement = displacement_at(modes, motion, time);
     check_finite("pose of frame " + std::to_string(frame), displacement);
     for (int node = 0; node < skeleton.node_count(); ++node) {
-      Vec3 position = skeleton.node_position(node), rotation = Vec3::Zero();
+      Vec6 moved = Vec6::Zero();
       if (node >= skeleton.root_count()) {
-        const int branch = node - skeleton.root_count();
-        position += displacement.segment<3>(6 * branch);
-        rotation = displacement.segment<3>(6 * branch + 3);
+        moved = displacement.segment<6>(6 * (node - skeleton.root_count()));
+      } else if (const int stem = stems[static_cast<std::size_t>(node)]; stem >= 0) {
+        moved = foot_displacement(structure, displacement, stem);
       }
+      const Vec3 position = skeleton.node_position(node) + moved.head<3>();
       append(text, frame, ',');
       append(text, time, ',');
       append(text, node, ',');
       for (int c = 0; c < 3; ++c) append(text, position[c], ',');
-      for (int c = 0; c < 3; ++c) append(text, rotation[c], c < 2 ? ',' : '\n');
+      for (int c = 0; c < 3; ++c) append(text, moved[3 + c], c < 2 ? ',' : '\n');
     }
   }
   return text;
