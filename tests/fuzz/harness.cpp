@@ -5,157 +5,92 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
+#include <iterator>
+#include <sstream>
 
 #include "support.hpp"
 
 namespace tremula::fuzz {
 namespace {
 
-const std::vector<std::string> numbers = {"0",   "-1",     "1",   "1e9", "1e-12",      "1e300", "-0.0",
-                                          "0.5", "1e-300", "nan", "inf", "2147483648", "1e999", "7"};
+// What texts of numbers are made of, whatever their columns.
+constexpr std::string_view numbers =
+    "0 1 -1 7 0.5 -0.0 1e9 1e-12 1e300 1e-300 1e999 2147483648 9223372036854775807 nan inf 360";
 
-std::vector<std::string> with_numbers(std::vector<std::string> words) {
-  words.insert(words.end(), numbers.begin(), numbers.end());
+// Words with blanks between them, the numbers, and what stands between fields and lines.
+std::vector<std::string> text_words(const std::string& format) {
+  std::istringstream all(format + ' ' + std::string(numbers));
+  std::vector<std::string> words(std::istream_iterator<std::string>(all), {});
+  for (const char* separator : {"\n", "\r\n", "\t", " ", ",", ";", "\"", "#"}) words.emplace_back(separator);
   return words;
 }
 
-const std::vector<std::string> swc_words =
-    with_numbers({"# tremula skeleton\n", "# origin ", "# leaf ", "# bark_color ", "# leaf_color ", "\n",
-                  "\r\n", " -1\n", " 16 ", "#"});
-const std::vector<std::string> treeqsm_words = with_numbers(
-    {"radius", "length", "start", "axis", "parent", "extension", "branch", "\t", ",", ";", "\n", "\""});
-const std::vector<std::string> table_words = with_numbers({"ID",
-                                                           "parentID",
-                                                           "startX",
-                                                           "startY",
-                                                           "startZ",
-                                                           "endX",
-                                                           "endY",
-                                                           "endZ",
-                                                           "radius",
-                                                           "length",
-                                                           "axis_direction",
-                                                           "cyl_id",
-                                                           "parent",
-                                                           "parent_id",
-                                                           "start.1",
-                                                           "p1",
-                                                           "p2",
-                                                           "sx",
-                                                           "ex",
-                                                           "ax",
-                                                           "x",
-                                                           "y",
-                                                           "z",
-                                                           "section_id",
-                                                           ", ",
-                                                           ",",
-                                                           ";",
-                                                           "	",
-                                                           "
-                                                           ", "\""});
-const std::vector<std::string> matlab_words = {std::string("\x0e\0\0\0", 4),
-                                               std::string("\x0f\0\0\0", 4),
-                                               std::string("\x06\0\0\0\x08\0\0\0", 8),
-                                               std::string("\x05\0\0\0\x08\0\0\0", 8),
-                                               std::string("\x01\0\x03\0QSM", 8),
-                                               "cylinder",
-                                               "radius",
-                                               "length",
-                                               "start",
-                                               "axis",
-                                               "parent",
-                                               "QSMs",
-                                               "OptQSM",
-                                               "qsm",
-                                               "Rad",
-                                               "Len",
-                                               "Sta",
-                                               "Axe",
-                                               "CPar",
-                                               "IM",
-                                               "MI",
-                                               std::string("\0\1", 2),
-                                               std::string("\xff\xff\xff\xff", 4),
-                                               std::string("\xff\xff\xff\x7f", 4),
-                                               std::string("\x09\0\0\0", 4),
-                                               std::string("\x07\0\0\0", 4),
-                                               std::string("\0\0\0\0\0\0\xf0\x7f", 8),
-                                               std::string("\0\0\0\0\0\0\xf8\x7f", 8)};
-const std::vector<std::string> lsystem_words = with_numbers({"axiom: ",
-                                                             "steps: ",
-                                                             "seed: ",
-                                                             "radius: ",
-                                                             "pipe",
-                                                             "drawn",
-                                                             "tip_radius: ",
-                                                             "pipe_exponent: ",
-                                                             "pipe_taper: ",
-                                                             "leaf_shape_factor: ",
-                                                             "leaf_mass_per_area: ",
-                                                             "bark_color: ",
-                                                             "leaf_color: ",
-                                                             " -> ",
-                                                             " : ",
-                                                             "F(",
-                                                             "f(",
-                                                             "L(",
-                                                             "T(",
-                                                             "!(",
-                                                             "+(",
-                                                             "-(",
-                                                             "&(",
-                                                             "^(",
-                                                             "/(",
-                                                             "\\(",
-                                                             "$",
-                                                             "[",
-                                                             "]",
-                                                             "min(",
-                                                             "max(",
-                                                             "floor(",
-                                                             "ceil(",
-                                                             "round(",
-                                                             "abs(",
-                                                             "sqrt(",
-                                                             "pow(",
-                                                             "exp(",
-                                                             "log(",
-                                                             "sin(",
-                                                             "cos(",
-                                                             "if(",
-                                                             "rand(",
-                                                             "normal(",
-                                                             "height()",
-                                                             "&&",
-                                                             "||",
-                                                             "==",
-                                                             "!=",
-                                                             "<=",
-                                                             ">=",
-                                                             "%",
-                                                             "\n",
-                                                             "\n ",
-                                                             "# "});
-const std::vector<std::string> turbsim_words = {
-    std::string("\x07\0", 2),       std::string("\x08\0", 2),           std::string("\1\0\0\0", 4),
-    std::string("\2\0\0\0", 4),     std::string("\0\0\x80\x3f", 4),     std::string("\0\0\x80\x7f", 4),
-    std::string("\0\0\xc0\x7f", 4), std::string("\xff\xff\xff\x7f", 4), std::string("\xff\xff\xff\xff", 4),
-    std::string("\0\0\0\x80", 4),   std::string("\x28\x6b\x6e\x4e", 4), std::string("\1\0\0\0\0\0\0\0", 8)};
-const std::vector<std::string> spectrum_words = with_numbers(
-    {"frequency", "S_u", "S_v", "S_w", "k1_rad_per_m", "Fu", "Fv", "Fw", ",", ";", "\t", "\n", "#"});
-
-const std::vector<std::string> profile_words =
-    with_numbers({"height_m", "z [m]", "speed_m_s", "U (m/s)", "direction_deg", "heading", " [deg]", " [",
-                  "(", "\xC2\xB0", ",", ";", "\t", "\n", "#", "360", "100"});
-
-std::vector<std::string> all_skeleton_words() {
+// Bytes in hexadecimal, a blank between two words.
+std::vector<std::string> binary_words(const std::string& hexadecimal) {
+  std::istringstream all(hexadecimal);
   std::vector<std::string> words;
-  for (const auto* some : {&swc_words, &treeqsm_words, &table_words})
-    words.insert(words.end(), some->begin(), some->end());
-  std::sort(words.begin(), words.end());
-  words.erase(std::unique(words.begin(), words.end()), words.end());
+  for (std::string digits; all >> digits;) {
+    std::string& word = words.emplace_back();
+    for (std::size_t i = 0; i + 1 < digits.size(); i += 2)
+      word += static_cast<char>(std::stoi(digits.substr(i, 2), nullptr, 16));
+  }
+  return words;
+}
+
+std::vector<std::string> swc_words() {
+  std::vector<std::string> words = text_words("id type x y z radius parent 16");
+  for (const char* comment :
+       {"# tremula skeleton\n", "# origin ", "# leaf ", "# bark_color ", "# leaf_color "})
+    words.emplace_back(comment);
+  return words;
+}
+
+std::vector<std::string> table_words() {
+  return text_words(
+      "ID parentID startX startY startZ endX endY endZ radius length start axis axis_direction cyl_id parent "
+      "parent_id "
+      "start.1 p1 p2 sx ex ax x y z section_id extension branch");
+}
+
+std::vector<std::string> matlab_words() {
+  std::vector<std::string> words = binary_words(
+      "0e000000 0f000000 0600000008000000 0500000008000000 0100030051534d 0001 ffffffff ffffff7f 09000000 "
+      "07000000 "
+      "000000000000f07f 000000000000f87f");
+  for (const char* name : {"QSM", "QSMs", "OptQSM", "qsm", "cylinder", "radius", "length", "start", "axis",
+                           "parent", "Rad", "Len", "Sta", "Axe", "CPar", "IM", "MI"})
+    words.emplace_back(name);
+  return words;
+}
+
+std::vector<std::string> turbsim_words() {
+  return binary_words(
+      "0700 0800 01000000 02000000 0000803f 0000807f 0000c07f ffffff7f ffffffff 00000080 286b6e4e "
+      "0100000000000000");
+}
+
+std::vector<std::string> lsystem_words() {
+  std::vector<std::string> words = text_words(
+      "axiom: steps: seed: radius: pipe drawn tip_radius: pipe_exponent: pipe_taper: leaf_shape_factor: "
+      "leaf_mass_per_area: bark_color: leaf_color: -> : = F( f( L( T( !( +( -( &( ^( /( \\( $ [ ] ) min( "
+      "max( floor( "
+      "ceil( round( abs( sqrt( pow( exp( log( sin( cos( if( rand( normal( height() && || == != <= >= % ^ * "
+      "+");
+  words.emplace_back("\n ");
+  return words;
+}
+
+std::vector<std::string> spectrum_words() {
+  return text_words("frequency S_u S_v S_w k1_rad_per_m Fu Fv Fw");
+}
+
+std::vector<std::string> profile_words() {
+  return text_words("height_m z[m] speed_m_s U(m/s) direction_deg heading [deg] [m] [m/s] \xC2\xB0");
+}
+
+std::vector<std::string> skeleton_words() {
+  std::vector<std::string> words = swc_words();
+  for (const std::string& word : table_words()) words.push_back(word);
   return words;
 }
 
@@ -168,18 +103,18 @@ bool is_printable(std::string_view text) {
 
 const std::vector<Harness>& harnesses() {
   static const std::vector<Harness> all = {
-      {"swc", try_swc, swc_seeds, swc_words},
-      {"treeqsm_text", try_treeqsm_text, treeqsm_text_seeds, treeqsm_words},
-      {"treeqsm_mat", try_treeqsm_mat, matlab_seeds, matlab_words},
-      {"tables", try_tables, table_seeds, table_words},
-      {"matlab", try_matlab, matlab_seeds, matlab_words},
-      {"skeleton", try_skeleton, skeleton_seeds, all_skeleton_words()},
-      {"lsystem", try_lsystem, lsystem_seeds, lsystem_words},
-      {"turbsim", try_turbsim, turbsim_seeds, turbsim_words},
-      {"spectrum", try_spectrum, spectrum_seeds, spectrum_words},
-      {"profile", try_profile, profile_seeds, profile_words},
-      {"motion", try_motion, skeleton_seeds, all_skeleton_words()},
-      {"wind_file", try_wind_file, turbsim_seeds, turbsim_words},
+      {"swc", try_swc, swc_seeds, swc_words()},
+      {"treeqsm_text", try_treeqsm_text, treeqsm_text_seeds, table_words()},
+      {"treeqsm_mat", try_treeqsm_mat, matlab_seeds, matlab_words()},
+      {"tables", try_tables, table_seeds, table_words()},
+      {"matlab", try_matlab, matlab_seeds, matlab_words()},
+      {"skeleton", try_skeleton, skeleton_seeds, skeleton_words()},
+      {"lsystem", try_lsystem, lsystem_seeds, lsystem_words()},
+      {"turbsim", try_turbsim, turbsim_seeds, turbsim_words()},
+      {"spectrum", try_spectrum, spectrum_seeds, spectrum_words()},
+      {"profile", try_profile, profile_seeds, profile_words()},
+      {"motion", try_motion, skeleton_seeds, skeleton_words()},
+      {"wind_file", try_wind_file, turbsim_seeds, turbsim_words()},
   };
   return all;
 }

@@ -102,7 +102,7 @@ void try_motion(std::string_view bytes) {
     weather.loop = {.period = 2, .sample_count = 16};
     const Motion motion = set_in_motion(subject, weather);
     require_finite(subject, motion);
-    advice(subject, weather, motion_statistics(subject.modes, motion));
+    advice(subject, weather, motion_statistics(subject.structure, subject.modes, motion));
     check_outputs(subject, motion);
   });
 }

@@ -105,9 +105,9 @@ TEST(EncodePoseTable, RefusesFramesOutsideTheLoop) {
 TEST(EncodePoseTable, RefusesAPoseThatIsNotFinite) {
   Case c;
   const int frames[] = {3};
-  EXPECT_NO_THROW(encode_pose_table(c.skeleton, c.modes, c.motion, frames));
+  EXPECT_NO_THROW(encode_pose_table(c.skeleton, c.structure, c.modes, c.motion, frames));
   c.motion.lean[7] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THROW(encode_pose_table(c.skeleton, c.modes, c.motion, frames), Error);
+  EXPECT_THROW(encode_pose_table(c.skeleton, c.structure, c.modes, c.motion, frames), Error);
 }
 
 }  // namespace
