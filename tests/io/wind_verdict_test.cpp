@@ -2,6 +2,8 @@
 
 #include "tremula/io/wind_targets.hpp"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -84,7 +86,7 @@ TEST(VerdictText, HasTheRowsFromTheTopDownTheNumbersOfTheHubAndTheVerdict) {
   EXPECT_THAT(text, HasSubstr("\nhub        y -2 m, z 10 m: U 9.000 m/s, sigma "));
   EXPECT_THAT(text, HasSubstr("\nresolved   "));
   EXPECT_TRUE(text.ends_with("\nverdict    as wanted\n")) << text;
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 15);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10 + grid.z_count);
   const WindReport bare{.title = "", .statistics = found.report.statistics};
   const std::string untold = verdict_text(field, bare, judge_wind(field, bare), 2);
   EXPECT_THAT(untold, testing::Not(HasSubstr("wanted ")));
