@@ -33,6 +33,14 @@ extern "C" void stop(int signal) {
   _exit(128 + signal);
 }
 
+// Where memory has run out, throwing may end in std::terminate: destructors of JSON take some themselves.
+void stop_without_memory() {
+  tremula::abandon_unfinished_files();
+  constexpr char message[] = "tremula: error: out of memory\n";
+  [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, message, sizeof message - 1);
+  _exit(could_not);
+}
+
 void handle_signals() {
   struct sigaction action {};
   action.sa_handler = stop;
@@ -107,6 +115,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   occupy_closed_streams();
   handle_signals();
+  std::set_new_handler(stop_without_memory);
   try {
     return run(argc, argv);
   } catch (const tremula::InputError& e) {

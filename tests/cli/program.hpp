@@ -22,9 +22,11 @@ inline std::string contents(const std::string& path) {
   return text.str();
 }
 
-inline Outcome run(const TemporaryFolder& folder, const std::string& arguments) {
-  const std::string command = "cd '" + folder.path.string() + "' && '" TREMULA_PROGRAM "' " + arguments +
-                              " > stdout.txt 2> stderr.txt < /dev/null";
+// `first`: what the shell does before, such as "ulimit -v 100000; ".
+inline Outcome run(const TemporaryFolder& folder, const std::string& arguments,
+                   const std::string& first = "") {
+  const std::string command = "cd '" + folder.path.string() + "' && " + first + "'" TREMULA_PROGRAM "' " +
+                              arguments + " > stdout.txt 2> stderr.txt < /dev/null";
   const int status = std::system(command.c_str());
   const Outcome outcome{WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status),
                         contents(folder / "stdout.txt"), contents(folder / "stderr.txt")};

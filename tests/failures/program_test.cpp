@@ -72,6 +72,29 @@ TEST_P(Program, ExitsWithOneAndLeavesNoOutputWhereverAWriteFails) {
   EXPECT_GE(failed, 1) << "one write at least";
 }
 
+TEST(ProgramInMemory, WritesAllOrNothingAndSaysSoWhereverItRunsOut) {
+  if (!can_preload()) GTEST_SKIP() << "the sanitizers want much more";
+  int refused = 0, done = 0;
+  for (int kilobytes = 20000; kilobytes <= 140000; kilobytes += 4000) {
+    SCOPED_TRACE(kilobytes);
+    const TemporaryFolder folder;
+    const test::Outcome outcome =
+        test::run(folder, "animate sapling -o a.glb -o b.html -o c.csv --report d.json",
+                  "ulimit -v " + std::to_string(kilobytes) + "; ");
+    if (outcome.code == 0) {
+      ++done;
+      EXPECT_EQ(test::file_count(folder), 4U);
+      continue;
+    }
+    ++refused;
+    EXPECT_EQ(outcome.code, 1) << outcome.messages;
+    EXPECT_NE(outcome.messages.find("tremula: error: "), std::string::npos) << outcome.messages;
+    EXPECT_EQ(test::file_count(folder), 0U) << outcome.messages;
+  }
+  EXPECT_GE(refused, 1);
+  EXPECT_GE(done, 1);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Every, Program,
     testing::Values(

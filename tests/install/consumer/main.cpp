@@ -33,7 +33,8 @@ int main() {
 
   const Motion motion = set_in_motion(subject, {.loop = {4, 60}});
   Displacement displacement = displacement_at(subject.modes, motion, 1.23);
-  const BranchPoint top = branch_point(subject.skeleton, displacement, plant.branch_count() - 1, 1.0);
+  const BranchPoint top =
+      branch_point(subject.skeleton, subject.structure, displacement, plant.branch_count() - 1, 1.0);
   const double above = displacement.tail<6>().head<3>().norm() / top.displacement.norm();
 
   const Eigen::MatrixXd& shapes = subject.modes.shapes;
