@@ -410,7 +410,7 @@ void add_animate(CLI::App& app) {
   sub.add_option(
          "--morphs", command->morphs,
          "Targets in .glb. biased: one a mode, weights 0 to 1 (plays everywhere); paired: a plus and a minus "
-         "target a mode; signed: one a mode, weights -1 to 1, which Blender clamps")
+         "target a mode; signed: one a mode, weights of either sign, which Blender clamps")
       ->check(CLI::IsMember(morph_forms))
       ->capture_default_str();
   sub.add_option(

@@ -2,6 +2,7 @@
 // what they should be.
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/memory.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/turbsim.hpp"
@@ -16,7 +17,6 @@
 #include <filesystem>
 #include <iostream>
 
-#include <unistd.h>
 
 #include "commands.hpp"
 #include "common.hpp"
@@ -65,12 +65,12 @@ void check_range(const char* flag, double value, const char* unit) {
 // Field and half of a component, in single precision; the rest is small beside it.
 void check_memory(const std::string& points, double point_count, int steps) {
   const double wanted = 16 * point_count * steps;
-  const double present =
-      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  const auto present = static_cast<double>(available_memory());
   if (wanted <= present) return;
-  throw InputError("--points " + points + " with " + std::to_string(steps) + " steps",
-                   number_text(std::ceil(wanted / 1e8) / 10) + " GB of memory",
-                   "at most the " + number_text(std::floor(present / 1e8) / 10) + " GB of this machine");
+  throw InputError(
+      "--points " + points + " with " + std::to_string(steps) + " steps",
+      number_text(std::ceil(wanted / 1e8) / 10) + " GB of memory",
+      "at most the " + number_text(std::floor(present / 1e8) / 10) + " GB that this machine can give");
 }
 
 std::vector<CLI::Option*> GridFlags::add_to(CLI::App& command) {
@@ -191,6 +191,10 @@ std::size_t row_nearest(const WindGrid& grid, double height) {
 void advise(const TurbulentWind& wind, const WindGrid& grid, const SynthesisReport& report, Match match) {
   if (wind.mean.speed == 0) warn("a wind speed of 0: there is no wind in the field");
   if (grid.step_count == 1) warn("a field of one step has the mean wind and no gusts");
+  const double bytes = 6.0 * static_cast<double>(grid.point_count()) * grid.step_count;  // of a .bts
+  if (bytes >= 1e9)
+    warn("the field takes " + number_text(std::round(bytes / 1e8) / 10) +
+         " GB as a file, twice that as .vti");
   if (wind.mean.profile == ProfileKind::table) {
     const double low = wind.mean.table.front().height, high = wind.mean.table.back().height,
                  top = grid.z(grid.z_count - 1);

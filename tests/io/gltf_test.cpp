@@ -66,9 +66,9 @@ MorphTargets make_morphs(const Surface& surface) {
     morphs.shapes[1].position.push_back(little * random_vector(7, i));
     morphs.shapes[1].normal.push_back(little * random_vector(8, i));
   }
-  morphs.targets = {{"mean lean", TargetKind::lean, 0, 0, 1},
-                    {"mode 02 0.750 Hz", TargetKind::mode, 1, 1, 1},
-                    {"static 1 -", TargetKind::static_shape, 0, 1, -1}};
+  morphs.targets = {{"mean lean", ShapeKind::lean, 0, 0, 1},
+                    {"mode 02 0.750 Hz", ShapeKind::mode, 1, 1, 1},
+                    {"static 1 -", ShapeKind::static_shape, 0, 1, -1}};
   morphs.times = {0, 0.3F, 1.1F, 2};
   morphs.weights = {1, 0.25F, 0, 1, 0, 0, 1, 0, 1, 1, 0.25F, 0};
   return morphs;

@@ -32,7 +32,7 @@ struct Triangle {
     morphs.period = 1;
     morphs.frequencies = {2};
     morphs.shapes = {{{{0, 0, 0}, {0, 0, 0}, {0.1F, 0, 0}}, std::vector<Eigen::Vector3f>(3, {0, 0, 0})}};
-    morphs.targets = {{"mode 01 2.000 Hz", TargetKind::mode, 0, 0, 1}};
+    morphs.targets = {{"mode 01 2.000 Hz", ShapeKind::mode, 0, 0, 1}};
     morphs.times = {0, 0.5F, 1};
     morphs.weights = {-1, 1, -1};
   }

@@ -170,15 +170,13 @@ MorphTargets make_morph_targets(const Skeleton& skeleton, const Structure& struc
     if (own.empty()) continue;
     MorphTarget target;
     if (r < modes.count()) {
-      target = {mode_name(r, modes.count(), modes.frequency(r)), TargetKind::mode, r};
+      target = {mode_name(r, modes.count(), modes.frequency(r)), ShapeKind::mode, r};
     } else {
-      target = {"static " + std::to_string(r - modes.count() + 1), TargetKind::static_shape,
+      target = {"static " + std::to_string(r - modes.count() + 1), ShapeKind::static_shape,
                 r - modes.count()};
     }
     const double size = std::abs(own.front().to - own.front().from);
-    target.shape =
-        add_shape(size * (target.kind == TargetKind::mode ? modes.shapes.col(target.number)
-                                                          : motion.static_shapes.shapes.col(target.number)));
+    target.shape = add_shape(size * shape_of(modes, motion, r + 1));
     for (const Scale& scale : own) {
       MorphTarget one = target;
       one.sign = scale.to > scale.from ? 1 : -1;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "tremula/deformation/pose.hpp"
+#include "tremula/dynamics/basis.hpp"
 
 #include <string>
 #include <vector>
@@ -18,16 +19,10 @@ enum class MorphForm {
            // crossings of every mode too, so that max(y, 0) and max(-y, 0) are linear between keys
 };
 
-enum class TargetKind {
-  lean,          // under the mean wind, weight 1 all the time
-  mode,          // of Modes
-  static_shape,  // of Motion::static_shapes: no mode, it follows the wind at once
-};
-
 struct MorphTarget {
   std::string
       name;  // "mean lean", "mode 03 0.572 Hz", "static 1", in the paired form with " +" or " -" after it
-  TargetKind kind = TargetKind::lean;
+  ShapeKind kind = ShapeKind::lean;
   int number = 0;  // column of Modes::shapes or of StaticShapes::shapes
   int shape = 0;   // index into MorphTargets::shapes
   float sign = 1;  // the target is sign * shape

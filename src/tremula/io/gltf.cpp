@@ -304,13 +304,13 @@ void check_fit(const Surface& surface, const MorphTargets& morphs) {
   }
 }
 
-const char* name_of(TargetKind kind) {
+const char* name_of(ShapeKind kind) {
   switch (kind) {
-    case TargetKind::lean:
+    case ShapeKind::lean:
       return "lean";
-    case TargetKind::mode:
+    case ShapeKind::mode:
       return "mode";
-    case TargetKind::static_shape:
+    case ShapeKind::static_shape:
       break;
   }
   return "static";
@@ -324,7 +324,7 @@ Json make_mesh(const MorphTargets& morphs, const std::string& name, Json primiti
     rest.push_back(target.rest);
     names.push_back(target.name);
     kinds.push_back(name_of(target.kind));
-    modes.push_back(target.kind == TargetKind::mode ? target.number + 1 : 0);
+    modes.push_back(target.kind == ShapeKind::mode ? target.number + 1 : 0);
   }
   // A viewer that does not play shows the plant at rest.
   mesh["weights"] = std::move(rest);
