@@ -17,7 +17,6 @@
 #include <filesystem>
 #include <iostream>
 
-
 #include "commands.hpp"
 #include "common.hpp"
 #include "wind_flags.hpp"
