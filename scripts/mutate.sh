@@ -27,7 +27,7 @@ update() { cmp -s "$1" "$2" || { mkdir -p "$(dirname "$2")" && cp "$1" "$2"; }; 
 build_tests() {
   local programs=() each
   for each in $1; do programs+=("test_${each%%:*}"); done
-  timeout 1200 cmake --build "$build" -j "$(nproc)" --target "${programs[@]}" > "$folder/build.log" 2>&1
+  timeout 3600 cmake --build "$build" -j "$(nproc)" --target "${programs[@]}" > "$folder/build.log" 2>&1
 }
 run_tests() {  # 0: all pass
   local each filter
@@ -64,7 +64,7 @@ cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTREMULA_VIE
 # Unchanged, all of these tests pass; else what fails says nothing.
 all_folders=$(for mutation in "${mutations[@]}"; do parse "$mutation" && printf '%s\n' $folders; done | sort -u)
 if ! build_tests "$all_folders" || ! run_tests "$all_folders"; then
-  tail -20 "$folder/build.log" "$folder/test.log" >&2
+  tail -n 20 "$folder/build.log" "$folder/test.log" >&2
   echo "mutate: the tests fail as the sources are" >&2
   exit 2
 fi
