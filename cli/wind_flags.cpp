@@ -221,7 +221,7 @@ MeanWind WindFlags::mean_wind() const {
       mean.speed = table_speed(mean.table, mean.reference_height);
   }
   if (terrain) {
-    const Terrain& ground = terrain_named(lowered(*terrain));
+    const Terrain ground = terrain_named(lowered(*terrain));
     mean.roughness_length = ground.roughness_length;
     mean.displacement = ground.displacement;
     mean.canopy_height = ground.canopy_height;

@@ -38,7 +38,10 @@ class GlbBuilder {
   int add_change(const std::vector<std::array<T, width>>& values, bool normalized = false) {
     std::vector<std::uint32_t> changed;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (values[i] != std::array<T, width>{}) changed.push_back(static_cast<std::uint32_t>(i));
+      // Not !=, which calls memcmp() for every vertex.
+      bool moves = false;
+      for (const T number : values[i]) moves |= number != 0;
+      if (moves) changed.push_back(static_cast<std::uint32_t>(i));
     }
     constexpr std::size_t stride = (width * sizeof(T) + 3) / 4 * 4;
     const std::size_t index_size = values.size() <= 65535 ? 2 : 4;
@@ -46,9 +49,9 @@ class GlbBuilder {
     const bool sparse =
         compression_ != MeshCompression::meshopt && 20 * sparse_size < 19 * values.size() * stride;
     if (!sparse && !changed.empty()) return add_attribute(values, normalized);
-    std::string bytes;
-    for (const std::uint32_t i : changed)
-      bytes.append(reinterpret_cast<const char*>(values[i].data()), width * sizeof(T));
+    std::string bytes(changed.size() * width * sizeof(T), '\0');
+    for (std::size_t k = 0; k < changed.size(); ++k)
+      std::memcpy(&bytes[k * width * sizeof(T)], values[changed[k]].data(), width * sizeof(T));
     Json accessor = header(component_type(T{}), values.size(), width);
     if (normalized) accessor["normalized"] = true;
     if (!changed.empty()) accessor["sparse"] = sparse_part(changed, index_size, bytes);
