@@ -30,6 +30,10 @@ void check_belong_together(const Modes& modes, const Motion& motion) {
   };
   check("number of modes", modes.count(), motion.mode_count());
   check("rows of the modes", modes.shapes.rows(), motion.lean.size());
+  check("columns of the modes", modes.shapes.cols(), modes.count());
+  const StaticShapes& more = motion.static_shapes;
+  check("columns of the static shapes", more.shapes.cols(), more.count());
+  if (more.count() > 0) check("rows of the static shapes", more.shapes.rows(), motion.lean.size());
 }
 
 Eigen::Ref<const Eigen::VectorXd> shape_of(const Modes& modes, const Motion& motion, Eigen::Index column) {
@@ -53,8 +57,9 @@ Basis all_shapes(const Modes& modes, const Motion& motion) {
 }
 
 Eigen::VectorXd weights_at(const Motion& motion, double time, Interpolation interpolation) {
-  Eigen::VectorXd weights(1 + motion.coordinates.cols());
-  weights << 1, coordinates_at(motion, time, interpolation);
+  const Eigen::VectorXd coordinates = coordinates_at(motion, time, interpolation);
+  Eigen::VectorXd weights(1 + coordinates.size());
+  weights << 1, coordinates;
   return weights;
 }
 
