@@ -36,13 +36,13 @@ const std::vector<Material>& material_presets() {
   return presets;
 }
 
-const Material& find_material(const std::string& name) {
+const Material& find_material(std::string_view name) {
   std::string names;
   for (const Material& material : material_presets()) {
     if (material.name == name) return material;
     names += (names.empty() ? "" : ", ") + material.name;
   }
-  throw InputError("material", "'" + name + "'", "one of " + names);
+  throw InputError("material", "'" + std::string(name) + "'", "one of " + names);
 }
 
 void check_material(const Material& material) {

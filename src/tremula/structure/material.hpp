@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tremula {
@@ -18,7 +19,7 @@ struct Material {
 const std::vector<Material>& material_presets();
 
 // Throws InputError that lists the names there are.
-const Material& find_material(const std::string& name);
+const Material& find_material(std::string_view name);
 
 // Throws InputError unless E, G and rho lie between 1e-15 and 1e30, where the numbers of a structure stay in
 // their range.

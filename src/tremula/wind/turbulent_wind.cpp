@@ -84,11 +84,11 @@ const std::vector<Terrain>& terrains() {
   return all;
 }
 
-const Terrain& terrain_named(const std::string& name) {
+const Terrain& terrain_named(std::string_view name) {
   for (const Terrain& terrain : terrains()) {
     if (terrain.name == name) return terrain;
   }
-  throw InputError("terrain", name, "open, grass, crops, parkland or forest-edge");
+  throw InputError("terrain", std::string(name), "open, grass, crops, parkland or forest-edge");
 }
 
 MeanWind mean_wind_over(const Terrain& terrain, double speed, double reference_height, double heading) {

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tremula {
@@ -62,7 +63,7 @@ struct Terrain {
 
 // open, grass, crops, parkland, forest-edge. The theory chapter says where the numbers come from.
 const std::vector<Terrain>& terrains();
-const Terrain& terrain_named(const std::string& name);  // throws InputError for other names
+const Terrain& terrain_named(std::string_view name);  // throws InputError for other names
 
 // The logarithmic profile over a terrain, with the speed [m/s] at a reference height [m] (which may lie in
 // the canopy). Throws InputError for what makes no wind.
