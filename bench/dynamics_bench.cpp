@@ -42,7 +42,8 @@ void modal_forces_by_wind(benchmark::State& state) {
   const Eigen::MatrixXd participation = Eigen::MatrixXd::Random(3 * skeleton.branch_count(), 20);
   for (auto _ : state) {
     const Eigen::Matrix3Xcd velocity = wind.velocity(30);
-    benchmark::DoNotOptimize((participation.transpose() * velocity.reshaped()).eval());
+    Eigen::VectorXcd forces = participation.transpose() * velocity.reshaped();
+    benchmark::DoNotOptimize(forces);
   }
 }
 BENCHMARK(modal_forces_by_wind)->Arg(17)->Arg(62)->Arg(212)->Arg(692)->Unit(benchmark::kMicrosecond);
