@@ -176,6 +176,12 @@ TEST(ReadCylinderTable, KeepsTheParentsOfAFilteredTableThatHasIds) {
   }
 }
 
+TEST(ReadCylinderTable, NamesAColumnInPrintableLettersWhateverItIsCalled) {
+  const std::string complaint = test::complaint_about_bytes(
+      "radius,start\xFFX,startY,startZ,endX,endY,endZ,parent\n0.1,p,0,0,0,0,1,-1\n", "tree");
+  EXPECT_EQ(complaint, "tree:2: start?X is p, wanted a number");
+}
+
 TEST(ReadCylinderTable, SaysThatRowsAreMissing) {
   const std::string text =
       "id,parent,start_x,start_y,start_z,end_x,end_y,end_z,radius\n"

@@ -45,7 +45,7 @@ TableHeader parse_table_header(std::string_view line) {
   header.delimiter = delimiter_of(line);
   const Fields fields = split_row(line, header.delimiter);
   for (std::size_t i = 0; i < std::min(fields.count, fields.at.size()); ++i) {
-    header.shown.emplace_back(fields.at[i]);
+    header.shown.push_back(shown(fields.at[i]));
     header.plain.push_back(plain_name(fields.at[i]));
   }
   return header;

@@ -18,7 +18,7 @@ bool is_table_header(std::string_view line);
 
 struct TableHeader {
   char delimiter = ' ';            // ',', ';', tab, or ' ' for runs of blanks
-  std::vector<std::string> shown;  // the names as they stand, without quotes
+  std::vector<std::string> shown;  // the names as they stand, without quotes, fit for messages
   std::vector<std::string> plain;  // small letters and digits of them: start.x, startX and start_x are one
 
   // The first column that has one of these plain names.

@@ -55,6 +55,8 @@ Eigenpairs search(const EigenProblem& problem, int count, const ModeOptions& opt
                                              .memory_limit = options.memory_limit,
                                              .start = 0,
                                              .progress = options.progress});
+  // None at all has no rows either.
+  if (result.values.size() == 0) result.vectors.resize(problem.size, 0);
   return {std::move(result.values), std::move(result.vectors), result.operator_count};
 }
 
