@@ -760,6 +760,33 @@ TEST(SolveModesUpTo, FindsEveryModeBelowTheFrequencyAndNoneAbove) {
   }
 }
 
+// A branch shorter than its thickness by fourteen digits: the first search is sure of no mode at all.
+TEST(SolveModes, AreFoundWhereTheFirstSearchFindsNone) {
+  const Vec3 low(0.1845685426811129, -0.014061967113262977, 0.2858477874237172),
+      fork(-0.013476994366665551, -0.05147457398176715, 0.5597168201396987),
+      next(fork.x(), fork.y(), 0.55971682013969825);
+  Skeleton skeleton;
+  skeleton.roots.push_back(Vec3::Zero());
+  skeleton.branches = {
+      test::make_branch(0, Vec3::Zero(), low, 0.08, 0.06274179584206933),
+      test::make_branch(1, low, fork, 0.04114443078340902, 0.039469340288660115),
+      test::make_branch(2, fork, next, 0.039469340288660115, 0.02681470298814272),
+      test::make_branch(3, next, Vec3(0.17851247922394634, 0.036946493828147214, 0.813936945),
+                        0.02681470298814272, 0.02112609345347417),
+      test::make_branch(1, low, Vec3(-0.046751463401833226, -0.4645340725147066, 0.560844070553186),
+                        0.04265098794476653, 0.04003317740450578),
+      test::make_branch(2, fork, Vec3(0.309796392087315, -0.34188887345114377, 0.8817376497875962),
+                        0.02502857364854326, 0.024495671033746325),
+      test::make_branch(1, low, Vec3(0.1488793947942466, 0.09545368980924844, 0.6216077817682613),
+                        0.048734604712937564, 0.04435078579461516)};
+  const Structure structure = assemble(skeleton, {});
+  const Modes modes = solve_modes(structure, {.count = 3});
+  EXPECT_EQ(modes.count_below, modes.count_by_inertia);
+  EXPECT_TRUE(modes.shapes.allFinite());
+  const Modes dense = solve_modes(structure, {.count = 3, .method = ModeMethod::dense});
+  EXPECT_LT((modes.frequency - dense.frequency).norm(), 1e-9 * dense.frequency.norm());
+}
+
 TEST(SolveModes, AreTheSameBytesOnAnyNumberOfThreads) {
   const Structure structure = assemble(test::random_tree(11000, 1), {.material = wood});
   Eigen::MatrixXd shapes[2];

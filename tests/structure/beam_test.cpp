@@ -197,6 +197,22 @@ TEST(ConsistentMass, IsPrzemienieckisMatrixForEqualRadii) {
   }
 }
 
+TEST(ConsistentMass, OfADiscThatIsShorterThanAMillionthOfItsRadiusIsItsMassAndNoMore) {
+  for (const double length : {4e-16, 1e-9}) {
+    Branch branch;
+    branch.end = Vec3(0, 0, length);
+    branch.start_radius = 0.04;
+    branch.end_radius = 0.03;
+    const Material& oak = find_material("oak");
+    const ElementMass mass = consistent_mass(make_beam(branch, oak, Section::exact), true);
+    const double whole =
+        oak.density * 3.14159265358979 * length / 3 * (0.04 * 0.04 + 0.04 * 0.03 + 0.03 * 0.03);
+    EXPECT_NEAR(mass.bending(0, 0) + 2 * mass.bending(0, 2) + mass.bending(2, 2), whole, 1e-12 * whole);
+    EXPECT_LT(mass.bending(2, 2), whole) << length << " m";
+    EXPECT_GT(mass.bending(2, 2), 0.1 * whole) << length << " m";
+  }
+}
+
 TEST(ConsistentMass, OfATaperedBeamMovedRigidlyIsThatOfTheFrustum) {
   for (const double b : {0.05, 0.03, 0.011, 0.002}) {
     const double L = 1.1, a = 0.06;

@@ -229,6 +229,21 @@ TEST(TurbulentWindAtPoints, WorksForOnePointForNoneAndForNoWind) {
   }
 }
 
+TEST(TurbulentWindAtPoints, OfABoxAsThinAsNothingIsThatOfAFlatOne) {
+  Eigen::Matrix3Xd flat = random_points(20, 4);
+  flat.row(1).setZero();
+  const TurbulentWind wind = turbulent_wind({.speed = 6}, 0.2);
+  const TurbulentWindAtPoints wanted(wind, loop, flat);
+  for (const double thickness : {5e-324, 3.4e-41, 1e-30, 1e-9}) {
+    Eigen::Matrix3Xd thin = flat;
+    thin(1, 7) = thickness;
+    const TurbulentWindAtPoints found(wind, loop, thin);
+    for (const int bin : {0, 3, 40})
+      EXPECT_LT((found.velocity(bin) - wanted.velocity(bin)).norm(), 1e-6 * wanted.velocity(bin).norm())
+          << thickness << " m, bin " << bin;
+  }
+}
+
 TEST(TurbulentWindAtPoints, RefusesPointsAndSettingsThatCannotBe) {
   const Eigen::Matrix3Xd points = random_points(4, 2);
   const TurbulentWind wind = wind_of(SpectrumKind::simiu_scanlan);

@@ -28,8 +28,9 @@ inline constexpr int all_modes = -1;
 
 // The lowest modes, none missing: their number is checked against count_modes_below (inertia.hpp), and the
 // search goes on until both agree. Throws InputError when count is 0, below 0 (but for all_modes) or larger
-// than 6N or the memory limit is too small, Error when the machine has not the memory that the work takes,
-// the iteration does not converge or the counts cannot be made to agree.
+// than 6N, the memory limit is too small or the structure has too few digits for its modes to be told, Error
+// when the machine has not the memory that the work takes, the iteration does not converge or the counts
+// cannot be made to agree.
 //
 // Stems that stand on the ground by themselves are problems of their own and are solved one by one. Where the
 // list ends among equal modes, it has as many of them as make up the count (Modes::equal_left_out).

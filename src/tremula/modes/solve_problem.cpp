@@ -230,6 +230,12 @@ Modes solve_problem(const EigenProblem& problem, int count, bool dense, const Mo
   const auto begun = Clock::now();
   const Census census =
       dense ? census_of(problem, pairs, count, options) : complete(problem, count, options, pairs);
+  if (census.found > census.by_inertia) {
+    throw InputError("modes",
+                     std::to_string(census.found) + " found where " + std::to_string(census.by_inertia) +
+                         " are counted: double precision does not hold them",
+                     "sizes and stiffnesses that lie closer together, or the dense method");
+  }
   const double check_seconds = std::chrono::duration<double>(Clock::now() - begun).count();
   Modes modes = as_modes(problem, pairs, count);
   keep_census(census, modes);

@@ -63,7 +63,8 @@ struct Shape {
 Shape shape_at(const Beam& beam, double s);
 
 // Consistent mass over the ends' displacements, in the same order as Shape. For equal radii it is
-// Przemieniecki's matrix with torsional and, unless dropped, rotatory inertia.
+// Przemieniecki's matrix with torsional and, unless dropped, rotatory inertia. A beam shorter than a
+// millionth of its radius has no rotatory inertia.
 struct ElementMass {
   Eigen::Matrix2d axial = Eigen::Matrix2d::Zero();    // [kg]
   Eigen::Matrix2d torsion = Eigen::Matrix2d::Zero();  // [kg m^2]

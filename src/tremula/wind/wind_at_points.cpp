@@ -241,8 +241,11 @@ TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const Ti
   state->along = coordinates(along);
   state->across = coordinates(across);
   state->up = coordinates(Vec3::UnitZ());
-  state->width = largest_of(state->across);
-  state->height = largest_of(state->up);
+  // What is thinner than a micrometre is flat to gusts, and cells of it would be beyond floats.
+  constexpr double flat = 1e-6;
+  const auto size_of = [](double size) { return size < flat ? 0 : size; };
+  state->width = size_of(largest_of(state->across));
+  state->height = size_of(largest_of(state->up));
   for (Eigen::Index k = 0; k < points.cols(); ++k) {
     const Vec3 direction = heading_direction(wind.mean, points(2, k));
     state->heading.push_back({static_cast<float>(direction[0]), static_cast<float>(direction[1])});
