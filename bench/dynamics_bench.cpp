@@ -1,44 +1,59 @@
 #include <benchmark/benchmark.h>
 
+#include <numbers>
+
 #include "plants.hpp"
-#include "tremula/dynamics/loads.hpp"
-#include "tremula/dynamics/modal_load_spectrum.hpp"
 #include "tremula/dynamics/response.hpp"
-#include "tremula/wind/wind_at_points.hpp"
+#include "tremula/pipeline.hpp"
+#include "tremula/reference/modal_load_spectrum.hpp"
+#include "tremula/structure/structure.hpp"
+#include "tremula/wind/turbulent_wind_at_points.hpp"
 
 namespace tremula {
 namespace {
 
-// Wind to modal forces, all bins. Limit: 4 flops for each of 3N x m entries and bin, from a matrix in cache.
-void project_tree(benchmark::State& state) {
-  const auto branches = static_cast<Eigen::Index>(state.range(0));
-  const Eigen::MatrixXd participation = Eigen::MatrixXd::Random(3 * branches, 20);
-  const Eigen::Matrix3Xcd wind = Eigen::Matrix3Xcd::Random(3, branches);
-  const TimeAxis axis{20, 600};
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(project_loads(participation, axis, [&](int) { return wind; }));
-  }
-  state.counters["GFLOP/s"] =
-      benchmark::Counter(4e-9 * 3 * static_cast<double>(branches) * 20 * axis.bin_count(),
-                         benchmark::Counter::kIsIterationInvariantRate);
-}
-BENCHMARK(project_tree)->Arg(2257)->Arg(20000)->Unit(benchmark::kMillisecond)->UseRealTime();
+// A system of 20 modes in a loop of 600 samples.
+const TimeAxis axis{20, 600};
 
+ModalSystem twenty_modes() {
+  const Eigen::VectorXd omega = 2 * std::numbers::pi * Eigen::VectorXd::LinSpaced(20, 0.5, 5);
+  return {omega, (0.1 * omega).asDiagonal()};
+}
+
+// From the wind at the points to the coordinates, all bins, in a wind that costs nothing. Limit: 4 flops for
+// each of 3P x m entries and draw, from a matrix in cache, and the transfer of twenty_modes alone.
 void respond_tree(benchmark::State& state) {
-  Modes modes;
-  modes.frequency = Eigen::VectorXd::LinSpaced(20, 0.5, 5);
-  const TimeAxis axis{20, 600};
-  const Eigen::MatrixXcd forces = Eigen::MatrixXcd::Random(axis.bin_count(), 20);
-  for (auto _ : state) benchmark::DoNotOptimize(respond(modes, forces, axis, {}, {}));
+  const auto points = static_cast<Eigen::Index>(state.range(0));
+  const Eigen::MatrixXd participation = Eigen::MatrixXd::Random(3 * points, 20);
+  const Eigen::Matrix3Xcd gust = Eigen::Matrix3Xcd::Random(3, points);
+  const PointWind wind{.mean = Eigen::Matrix3Xd::Zero(3, points), .velocity = [&](int, int) { return gust; }};
+  const BinTransfer transfer(twenty_modes(), axis, Transfer::bin_averaged);
+  for (auto _ : state) benchmark::DoNotOptimize(respond(transfer, participation, axis, wind));
 }
-BENCHMARK(respond_tree)->Unit(benchmark::kMicrosecond);
+BENCHMARK(respond_tree)->Arg(1)->Arg(2257)->Arg(20000)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-}  // namespace
+// From the structure to what the wind does to it: sites, loads, lean, static shapes, participation, damping.
+void loads_of_tree(benchmark::State& state) {
+  const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
+  const Structure structure = assemble(skeleton, {});
+  const Modes modes = solve_modes(structure, {.count = 20});
+  for (auto _ : state) {
+    const Sites sites = structure.find_sites();
+    const Loads loads = linearise_loads(sites, Vec3(5, 1, 0).replicate(1, sites.point_count()));
+    const Lean lean = find_lean(structure, sites, loads, {});
+    benchmark::DoNotOptimize(static_shapes(structure, sites, lean.loads, modes));
+    benchmark::DoNotOptimize(modal_participation(sites, lean.loads, modes.shapes));
+    benchmark::DoNotOptimize(aerodynamic_damping(sites, lean.loads, modes.shapes));
+  }
+}
+BENCHMARK(loads_of_tree)->Arg(2257)->Arg(20000)->Unit(benchmark::kMillisecond)->UseRealTime();
+
 // The modal forces of one bin two ways: by a wind at the points, and from their cross-spectral matrix (worked
 // out, then one draw). Limits: a few 2-D FFTs of 4096 nodes and more; 6 N^2 (m + some) flops.
 void modal_forces_by_wind(benchmark::State& state) {
   const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
-  const TurbulentWindAtPoints wind(turbulent_wind({}, 0.2), {20, 600}, load_points(skeleton));
+  const TurbulentWindAtPoints wind(turbulent_wind({}, 0.2), {20, 600},
+                                   assemble(skeleton, {}).find_sites().points);
   const Eigen::MatrixXd participation = Eigen::MatrixXd::Random(3 * skeleton.branch_count(), 20);
   for (auto _ : state) {
     const Eigen::Matrix3Xcd velocity = wind.velocity(30);
@@ -50,7 +65,7 @@ BENCHMARK(modal_forces_by_wind)->Arg(17)->Arg(62)->Arg(212)->Arg(692)->Unit(benc
 
 void modal_forces_directly(benchmark::State& state) {
   const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
-  const Eigen::Matrix3Xd points = load_points(skeleton);
+  const Eigen::Matrix3Xd points = assemble(skeleton, {}).find_sites().points;
   const TurbulentWind wind = turbulent_wind({}, 0.2);
   const Eigen::MatrixXd participation = Eigen::MatrixXd::Random(3 * skeleton.branch_count(), 20);
   for (auto _ : state)
@@ -67,4 +82,5 @@ void modal_forces_directly_again(benchmark::State& state) {
 }
 BENCHMARK(modal_forces_directly_again)->Unit(benchmark::kMicrosecond);
 
+}  // namespace
 }  // namespace tremula

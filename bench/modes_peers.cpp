@@ -25,7 +25,7 @@
 #include "long_double_reference.hpp"
 #include "plants.hpp"
 #include "tremula/modes/solve_modes.hpp"
-#include "tremula/structure/sparse_matrices.hpp"
+#include "tremula/reference/sparse_matrices.hpp"
 
 namespace {
 
@@ -155,12 +155,14 @@ Outcome measure(int threads, Eigen::Index count, const std::function<Eigen::Vect
 }
 
 void compare(int branches, int count) {
-  const Structure structure = assemble(bench::stam_tree(branches), {});
+  const Skeleton skeleton = bench::stam_tree(branches);
+  const Structure structure = assemble(skeleton, {});
+  const BeamTree tree = assemble_tree(skeleton, {});
   const int modes = std::min(count, static_cast<int>(structure.size()) / 3);
   const auto own = [&] { return solve_modes(structure, {.count = modes, .tolerance = tolerance}).omega(); };
   const auto peer = [&](Eigen::VectorXd (*solve)(const SparseMatrices&, int)) {
-    return [&structure, modes, solve]() -> Eigen::VectorXd {
-      return solve(assemble_sparse(structure), modes).cwiseSqrt();
+    return [&tree, modes, solve]() -> Eigen::VectorXd {
+      return solve(assemble_sparse(tree), modes).cwiseSqrt();
     };
   };
   const Outcome nothing =
@@ -173,7 +175,7 @@ void compare(int branches, int count) {
     if (other->seconds > 0) best = std::min(best, other->seconds);
   }
   const test::LongVector reference =
-      test::long_frequencies(structure, solve_modes(structure, {.count = modes, .tolerance = 1e-12}).shapes);
+      test::long_frequencies(tree, solve_modes(structure, {.count = modes, .tolerance = 1e-12}).shapes);
   const auto error = [&](const Outcome& outcome) {
     if (outcome.seconds < 0) return -1.0;
     const test::LongVector frequency =

@@ -6,17 +6,17 @@
 namespace tremula {
 namespace {
 
-void assemble_tree(benchmark::State& state) {
+void assemble_plant(benchmark::State& state) {
   const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
   for (auto _ : state) benchmark::DoNotOptimize(assemble(skeleton, {}));
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
-BENCHMARK(assemble_tree)->Arg(2257)->Arg(20000)->Unit(benchmark::kMillisecond);
+BENCHMARK(assemble_plant)->Arg(2257)->Arg(20000)->Unit(benchmark::kMillisecond);
 
 void apply_operator(benchmark::State& state) {
-  const Structure structure = assemble(bench::stam_tree(static_cast<int>(state.range(0))), {});
-  const Eigen::VectorXd s = Eigen::VectorXd::Ones(structure.size());
-  for (auto _ : state) benchmark::DoNotOptimize(apply_compliance_form(structure, s));
+  const BeamTree tree = assemble_tree(bench::stam_tree(static_cast<int>(state.range(0))), {});
+  const Eigen::VectorXd s = Eigen::VectorXd::Ones(tree.size());
+  for (auto _ : state) benchmark::DoNotOptimize(apply_compliance_form(tree, s));
   state.SetItemsProcessed(state.iterations() * state.range(0));
 }
 BENCHMARK(apply_operator)->Arg(692)->Arg(2257)->Arg(20000)->Unit(benchmark::kMicrosecond);

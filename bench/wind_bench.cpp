@@ -10,14 +10,14 @@
 #include <tbb/global_control.h>
 
 #include "plants.hpp"
-#include "tremula/dynamics/loads.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/numerics/random.hpp"
+#include "tremula/structure/structure.hpp"
 #include "tremula/wind/coherent_plane.hpp"
 #include "tremula/wind/stam_wind.hpp"
 #include "tremula/wind/synthesis.hpp"
-#include "tremula/wind/wind_at_points.hpp"
+#include "tremula/wind/turbulent_wind_at_points.hpp"
 
 namespace tremula {
 namespace {
@@ -26,7 +26,7 @@ namespace {
 // cache.
 void stam_wind_bin(benchmark::State& state) {
   const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
-  const StamWindAtPoints wind({.cutoff = 0}, {256, 256}, load_points(skeleton));
+  const StamWindAtPoints wind({.cutoff = 0}, {256, 256}, assemble(skeleton, {}).find_sites().points);
   for (auto _ : state) benchmark::DoNotOptimize(wind.velocity(64));
   const double pairs = 0.5 * static_cast<double>(state.range(0)) * static_cast<double>(state.range(0));
   state.counters["GFLOP/s"] =
@@ -155,7 +155,7 @@ BENCHMARK(complex_gaussians_of_a_bin)->Unit(benchmark::kMicrosecond);
 // All bins of a loop of 600 samples at the branches of a tree, with what it takes to begin.
 void wind_at_branches(benchmark::State& state) {
   const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
-  const Eigen::Matrix3Xd points = load_points(skeleton);
+  const Eigen::Matrix3Xd points = assemble(skeleton, {}).find_sites().points;
   const TimeAxis axis{20, 600};
   for (auto _ : state) {
     const TurbulentWindAtPoints wind(turbulent_wind({}, 0.2), axis, points);

@@ -4,20 +4,19 @@
 #include "tremula/base/memory.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
 #include "tremula/io/html.hpp"
+#include "tremula/io/loop_writers.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/structure/plausibility.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <iostream>
 #include <map>
 #include <memory>
 #include <numeric>
 
 #include "commands.hpp"
 #include "common.hpp"
-#include "loop_formats.hpp"
 #include "usage.hpp"
 #include "wind_flags.hpp"
 
@@ -30,6 +29,34 @@ const std::map<std::string, MorphForm> morph_forms{
 const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
                                                           {"quantised", MeshCompression::quantised},
                                                           {"meshopt", MeshCompression::meshopt}};
+
+// What blows, and how it is described in the report.
+struct ChosenWind {
+  Wind wind;
+  Json described;
+};
+
+// Said at once, and kept for the report.
+struct WarningLog {
+  std::vector<std::string> lines;
+
+  void add(const std::vector<std::string>& more) {
+    print_warnings(more);
+    lines.insert(lines.end(), more.begin(), more.end());
+  }
+};
+
+// What a run works with and makes, for the report.
+struct Done {
+  const Plant& plant;
+  const StructureOptions& structure;
+  const Json& wind_settings;
+  const Weather& conditions;
+  const Subject& subject;
+  const Loop& loop;
+  const MotionStatistics& statistics;
+  const std::vector<std::string>& warnings;
+};
 
 struct AnimateCommand {
   std::string input, report, format;
@@ -50,43 +77,73 @@ struct AnimateCommand {
 
   bool is_stam() const { return wind == "stam" || wind == "stam-printed"; }
   bool is_field() const { return lower_extension(wind) == ".bts"; }
-  Wind chosen_wind() const;
-  Json describe_wind(const Wind& chosen) const;
-  Weather weather() const;
+  ChosenWind chosen_wind() const;
+  StamWind stam_wind() const;
+  Weather weather(const Wind& blowing) const;
   std::vector<int> picked_frames(int sample_count) const;
-  std::vector<const LoopFormat*> output_formats() const;
-  void check_flags(const CLI::App& flags, const std::vector<const LoopFormat*>& formats) const;
+  std::vector<const LoopWriter*> output_writers() const;
+  void check_flags(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
   std::vector<Place> output_places() const;
-  Json report_of(const Plant& plant, const BakeOptions& options, const Weather& conditions,
-                 const Subject& subject, const Motion& motion, const MotionStatistics& statistics,
-                 const std::vector<std::string>& warnings, const StageLog& log) const;
+  Plant read_plant(StageLog& log) const;
+  int modes_of(const Plant& plant, WarningLog& warnings) const;
+  Subject bake_plant(const Plant& plant, BakeOptions options, const Progress& progress,
+                     WarningLog& warnings) const;
+  LoopFacts loop_facts(const Plant& plant, const ReferenceWind& reference) const;
+  void encode_outputs(const Loop& loop, const std::vector<const LoopWriter*>& writers,
+                      const LoopWriteOptions& options, StageLog& log, Outputs& files) const;
+  Json report_of(const Done& done, const StageLog& log) const;
   void run(const CLI::App& flags) const;
 };
 
-Wind AnimateCommand::chosen_wind() const {
-  if (wind == "turbulent") return wind_flags.wind();
+ChosenWind AnimateCommand::chosen_wind() const {
+  if (wind == "turbulent") {
+    const TurbulentWind turbulent = wind_flags.wind();
+    return {turbulent, describe(wind_flags, turbulent)};
+  }
   if (is_stam()) {
-    const MeanWind mean = wind_flags.mean_wind();
-    StamWind stam{.mean = mean,
-                  .turbulence_intensity = wind_flags.intensity(mean),
-                  .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
-                  .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
-                  .seed = wind_flags.seed};
-    if (wind == "stam-printed") {
-      stam.rows = StamRows::as_printed;
-      stam.cutoff = 1e-4;  // its tails are not normalised away
-    }
-    return stam;
+    const StamWind stam = stam_wind();
+    return {stam,
+            {{"wind_speed_m_s", stam.mean.speed},
+             {"reference_height_m", stam.mean.reference_height},
+             {"profile", wind_flags.profile},
+             {"roughness_length_m", stam.mean.roughness_length},
+             {"heading_deg", stam.mean.heading},
+             {"turbulence_intensity", stam.turbulence_intensity},
+             {"correlation_time_s", stam.correlation_time},
+             {"correlation_length_m", stam.correlation_length}}};
   }
   if (is_field()) {
-    return GivenWind{std::make_shared<const WindField>(wind_field(read_turbsim(wind))), wind_flags.heading};
+    const auto field = std::make_shared<const WindField>(wind_field(read_turbsim(wind)));
+    const Wind given = GivenWind{field, wind_flags.heading};
+    const std::optional<double> intensity = given.reference.intensity;
+    return {given,
+            {{"wind_speed_m_s", given.reference.speed},
+             {"reference_height_m", given.reference.height},
+             {"heading_deg", given.reference.heading},
+             {"turbulence_intensity", intensity ? Json(*intensity) : Json()},
+             {"period_s", field->grid.period()},
+             {"points", {field->grid.y_count, field->grid.z_count}}}};
   }
   throw InputError("--wind", "'" + wind + "'", "turbulent, stam, stam-printed or a field FILE.bts");
 }
 
-Weather AnimateCommand::weather() const {
+StamWind AnimateCommand::stam_wind() const {
+  const MeanWind mean = wind_flags.mean_wind();
+  StamWind stam{.mean = mean,
+                .turbulence_intensity = wind_flags.intensity(mean),
+                .correlation_time = correlation_time.value_or(StamWind{}.correlation_time),
+                .correlation_length = correlation_length.value_or(StamWind{}.correlation_length),
+                .seed = wind_flags.seed};
+  if (wind == "stam-printed") {
+    stam.rows = StamRows::as_printed;
+    stam.cutoff = 1e-4;  // its tails are not normalised away
+  }
+  return stam;
+}
+
+Weather AnimateCommand::weather(const Wind& blowing) const {
   Weather weather;
-  weather.wind = chosen_wind();
+  weather.wind = blowing;
   if (structure.medium == "water") weather.loads.fluid_density = water_density;
   weather.loads.leaf_drag_coefficient = leaf_drag_coefficient;
   weather.loads.leaf_lift_coefficient = leaf_lift_coefficient;
@@ -129,27 +186,28 @@ std::vector<int> AnimateCommand::picked_frames(int sample_count) const {
 }
 
 // For every output, what is written into it.
-std::vector<const LoopFormat*> AnimateCommand::output_formats() const {
+std::vector<const LoopWriter*> AnimateCommand::output_writers() const {
   if (outputs.empty() && report.empty()) {
     throw InputError("animate", "no output", "-o FILE.glb, .html, .csv or .png, or --report FILE.json");
   }
   if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
-  const std::vector<Format> names(loop_formats().begin(), loop_formats().end());
+  std::vector<Format> names;
+  for (const LoopWriter& writer : loop_writers()) names.push_back({writer.extension, writer.purpose});
   const auto nameless = [](const std::string& path) { return lower_extension(path).empty(); };
   const bool format_has_use = std::any_of(outputs.begin(), outputs.end(), nameless);
-  std::vector<const LoopFormat*> formats;
+  std::vector<const LoopWriter*> writers;
   for (const std::string& path : outputs) {
     if (nameless(path) && format.empty()) {
       throw InputError("-o " + path, "has no extension that says what to write",
                        "one, or --format with glb, html, csv or png");
     }
     const std::string named = nameless(path) || !format_has_use ? format : "";
-    formats.push_back(&loop_formats()[format_of({"-o", path}, named, names)]);
-    if (formats.back()->name == "html" && !can_write_html()) {
+    writers.push_back(&loop_writers()[format_of({"-o", path}, named, names)]);
+    if (writers.back()->extension == "html" && !can_write_html()) {
       throw Error("-o " + path + ": this program was built without Node.js, which the viewer needs");
     }
   }
-  return formats;
+  return writers;
 }
 
 std::vector<Place> AnimateCommand::output_places() const {
@@ -169,15 +227,15 @@ std::vector<std::string> flags_in_group(const CLI::App& command, const char* gro
   return flags;
 }
 
-void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const LoopFormat*>& formats) const {
+void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const {
   const auto writes = [&](std::string_view name) {
-    return std::any_of(formats.begin(), formats.end(),
-                       [&](const LoopFormat* each) { return each->name == name; });
+    return std::any_of(writers.begin(), writers.end(),
+                       [&](const LoopWriter* each) { return each->extension == name; });
   };
   const bool table = writes("csv"), model = writes("glb");
   const std::string with_wind = "given with --wind " + wind;
   const IdleFlags rules[] = {
-      {formats.empty(), "given without -o", "an output that it shapes", {"--format"}},
+      {writers.empty(), "given without -o", "an output that it shapes", {"--format"}},
       {!table, "given without a table of poses", "-o FILE.csv", {"--frames"}},
       {!model, "given without a .glb", "-o FILE.glb", {"--morphs", "--compress"}},
       {is_field(), with_wind, "--wind turbulent: a field is taken as it is",
@@ -211,16 +269,18 @@ constexpr double gigabyte = 1e9;
 std::string in_gigabytes(double bytes) { return printed("%.3g GB", bytes / gigabyte); }
 
 // What would not fit is refused before it is begun; what is large is announced.
-void check_size(const LoopSize& size, const std::vector<const LoopFormat*>& formats,
-                const std::vector<std::string>& paths, std::vector<std::string>& warnings) {
+std::vector<std::string> check_size(const LoopSize& size, const LoopWriteOptions& options,
+                                    const std::vector<const LoopWriter*>& writers,
+                                    const std::vector<std::string>& paths) {
+  std::vector<std::string> warnings;
   double largest = 0;
-  for (std::size_t i = 0; i < formats.size(); ++i) {
-    const double bytes = formats[i]->size(size);
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    const double bytes = writers[i]->size(size, options);
     largest = std::max(largest, bytes);
     if (bytes < gigabyte) continue;
     warnings.push_back(
         paths[i] + " will have about " + in_gigabytes(bytes) +
-        (formats[i]->name == "csv" ? ": fewer with --frames" : ": smaller with fewer --modes"));
+        (writers[i]->extension == "csv" ? ": fewer with --frames" : ": smaller with fewer --modes"));
   }
   const double loop = motion_size(size), wanted = loop + 2 * largest;
   const auto present = static_cast<double>(available_memory());
@@ -235,6 +295,7 @@ void check_size(const LoopSize& size, const std::vector<const LoopFormat*>& form
     warnings.push_back("a loop of " + printed("%.0f", size.sample_count) + " frames takes about " +
                        in_gigabytes(loop) + " of memory, and minutes");
   }
+  return warnings;
 }
 
 Json describe(const Sway& sway) {
@@ -253,40 +314,16 @@ Json describe(const MotionStatistics& statistics) {
           {"most_stretched_branch", statistics.most_stretched_branch}};
 }
 
-Json AnimateCommand::describe_wind(const Wind& chosen) const {
-  if (const auto* turbulent = std::get_if<TurbulentWind>(&chosen)) return describe(wind_flags, *turbulent);
-  if (const auto* stam = std::get_if<StamWind>(&chosen)) {
-    return {{"wind_speed_m_s", stam->mean.speed},
-            {"reference_height_m", stam->mean.reference_height},
-            {"profile", wind_flags.profile},
-            {"roughness_length_m", stam->mean.roughness_length},
-            {"heading_deg", stam->mean.heading},
-            {"turbulence_intensity", stam->turbulence_intensity},
-            {"correlation_time_s", stam->correlation_time},
-            {"correlation_length_m", stam->correlation_length}};
-  }
-  const WindGrid& grid = std::get<GivenWind>(chosen).field->grid;
-  const ReferenceWind reference = at_reference_height(chosen);
-  return {{"wind_speed_m_s", reference.speed},
-          {"reference_height_m", reference.height},
-          {"heading_deg", reference.heading},
-          {"turbulence_intensity", reference.intensity ? Json(*reference.intensity) : Json()},
-          {"period_s", grid.period()},
-          {"points", {grid.y_count, grid.z_count}}};
-}
-
-Json AnimateCommand::report_of(const Plant& plant, const BakeOptions& options, const Weather& conditions,
-                               const Subject& subject, const Motion& motion,
-                               const MotionStatistics& statistics, const std::vector<std::string>& warnings,
-                               const StageLog& log) const {
+Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
+  const Eigen::VectorXd& frequency = done.subject.modes.frequency;
   return {
       {"tremula", TREMULA_VERSION},
       {"input", input},
-      {"plant", cli::describe(plant)},
-      {"structure", cli::describe(options.structure)},
+      {"plant", cli::describe(done.plant)},
+      {"structure", done.plant.frame ? Json() : cli::describe(done.structure)},
       {"settings",
        {{"wind", wind},
-        {"wind_settings", describe_wind(conditions.wind)},
+        {"wind_settings", done.wind_settings},
         {"loads", loads},
         {"leaf_drag_coefficient", leaf_drag_coefficient},
         {"leaf_lift_coefficient", leaf_lift_coefficient},
@@ -295,95 +332,141 @@ Json AnimateCommand::report_of(const Plant& plant, const BakeOptions& options, c
         {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
         {"aerodynamic_damping", !no_aerodynamic_damping},
         {"transfer", transfer},
-        {"static_shapes", motion.static_shapes.count()},
+        {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
         {"period_s", period},
         {"frames_per_second", frames_per_second},
-        {"samples", conditions.loop.sample_count},
+        {"samples", done.conditions.loop.sample_count},
         {"seed", wind_flags.seed}}},
-      {"warnings", warnings},
-      {"mode_count", subject.modes.count()},
-      {"frequencies_hz", std::vector<double>(subject.modes.frequency.begin(), subject.modes.frequency.end())},
-      {"motion", describe(statistics)},
+      {"warnings", done.warnings},
+      {"mode_count", done.subject.modes.count()},
+      {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
+      {"motion", describe(done.statistics)},
       {"outputs", outputs},
       {"stages", log.json()},
       {"peak_bytes", peak_bytes()}};
 }
 
+// Frames are sawn and have no bark.
+Surface skin_of(const Plant& plant) {
+  SurfaceOptions options;
+  const PlantColors& colors = plant.imported.colors;
+  options.tube.color = colors.bark.value_or(options.tube.color);
+  options.leaf.color = colors.leaf.value_or(options.leaf.color);
+  if (plant.frame) options.tube = {.name = "timber", .color = {0.62F, 0.49F, 0.34F}};
+  return mesh_surface(plant.imported.skeleton, options);
+}
+
+Plant AnimateCommand::read_plant(StageLog& log) const {
+  log.begin("read");
+  Plant plant = open_plant(input, read);
+  log.finish();
+  print_warnings(plant);
+  return plant;
+}
+
+// How many move the plant: all that it has, where more are asked for.
+int AnimateCommand::modes_of(const Plant& plant, WarningLog& warnings) const {
+  const int most = plant.frame ? free_rows(*plant.frame) : 6 * plant.imported.skeleton.branch_count();
+  if (mode_count <= most) return mode_count < 0 ? most : mode_count;
+  warnings.add({"--modes " + std::to_string(mode_count) + ": the plant has " + std::to_string(most) +
+                ", and all are taken"});
+  return most;
+}
+
+LoopSize loop_size(const Plant& plant, const Surface& surface, int mode_count, int sample_count,
+                   std::size_t frame_count) {
+  return {.node_count = static_cast<double>(plant.imported.skeleton.node_count()),
+          .vertex_count = static_cast<double>(surface.vertex_count()),
+          .mode_count = static_cast<double>(mode_count),
+          .sample_count = static_cast<double>(sample_count),
+          .frame_count = static_cast<double>(frame_count)};
+}
+
+Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, const Progress& progress,
+                                   WarningLog& warnings) const {
+  if (plant.frame) {
+    options.frame = structure.frame_options(input);
+    return bake(*plant.frame, options, progress);
+  }
+  const Skeleton& skeleton = plant.imported.skeleton;
+  Subject subject = bake(skeleton, options, progress);
+  warnings.add(plausibility(skeleton, options.structure, subject.modes.frequency[0]));
+  return subject;
+}
+
+struct Moved {
+  Motion motion;
+  MotionStatistics statistics;
+};
+
+// Takes the shapes of the modes and leaves the rest of the subject.
+Moved move_in_wind(Subject& subject, const Weather& conditions, const Progress& progress, StageLog& log,
+                   WarningLog& warnings) {
+  Eigen::MatrixXd shapes = std::move(subject.modes.shapes);
+  Modes modes = subject.modes;
+  modes.shapes = std::move(shapes);
+  std::vector<std::string> of_wind;
+  Motion motion = set_in_motion(subject.structure, std::move(modes), conditions, progress, &of_wind);
+  log.finish();
+  MotionStatistics statistics = motion_statistics(subject.structure, motion);
+  warnings.add(of_wind);
+  warnings.add(advice(subject, conditions, statistics));
+  return {std::move(motion), std::move(statistics)};
+}
+
+LoopFacts AnimateCommand::loop_facts(const Plant& plant, const ReferenceWind& reference) const {
+  return {.name = plant.name,
+          .frames_per_second = frames_per_second,
+          .wind_speed = reference.speed,
+          .heading = reference.heading,
+          .seed = wind_flags.seed};
+}
+
+void AnimateCommand::encode_outputs(const Loop& loop, const std::vector<const LoopWriter*>& writers,
+                                    const LoopWriteOptions& options, StageLog& log, Outputs& files) const {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    log.begin("write ." + std::string(writers[i]->extension));
+    files.add(outputs[i], writers[i]->encode(loop, options));
+  }
+  log.finish();
+}
+
+// Whatever the flags and the files they name have wrong is said before the work begins.
 void AnimateCommand::run(const CLI::App& flags) const {
-  const std::vector<const LoopFormat*> formats = output_formats();
-  check_flags(flags, formats);
+  const std::vector<const LoopWriter*> writers = output_writers();
+  check_flags(flags, writers);
   Outputs files(output_places(), {{"INPUT", input},
                                   {"--wind", wind},
                                   {"--spectrum", wind_flags.spectrum},
                                   {"--profile", wind_flags.profile}});
-  const Weather conditions = weather();
-  const std::vector<int> frames_for_poses = picked_frames(conditions.loop.sample_count);
-  BakeOptions options{structure.options(), {.count = mode_count}};
+  const ChosenWind blowing = chosen_wind();
+  const Weather conditions = weather(blowing.wind);
+  const std::vector<int> poses = picked_frames(conditions.loop.sample_count);
+  const LoopWriteOptions write_options{
+      .frames = poses, .morphs = morph_forms.at(morphs), .compression = compressions.at(compression)};
+  BakeOptions options{.structure = structure.options(), .modes = {.count = mode_count}};
 
   StageLog log;
+  WarningLog warnings;
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
-  log.begin("read");
-  const Plant plant = open_plant(input, read);
-  log.finish();
-  print_warnings(plant);
-
-  const Skeleton& skeleton = plant.imported.skeleton;
-  std::vector<std::string> warnings;
-  const auto warn = [&](std::vector<std::string> lines) {
-    for (const std::string& line : lines) std::cerr << "tremula: warning: " << line << '\n';
-    warnings.insert(warnings.end(), lines.begin(), lines.end());
-  };
-  const int most = 6 * skeleton.branch_count();
-  if (mode_count > most) {
-    warn({"--modes " + std::to_string(mode_count) + ": the plant has " + std::to_string(most) +
-          ", and all are taken"});
-    options.modes.count = all_modes;
-  }
+  const Plant plant = read_plant(log);
+  const int modes = modes_of(plant, warnings);
+  if (mode_count > modes) options.modes.count = all_modes;
   log.begin("surface");
-  Surface surface = mesh_surface(skeleton);
-  surface.bark_color = plant.imported.colors.bark.value_or(surface.bark_color);
-  surface.leaf_color = plant.imported.colors.leaf.value_or(surface.leaf_color);
+  Surface surface = skin_of(plant);
   log.finish();
-  std::vector<std::string> large;
-  check_size({.node_count = static_cast<double>(skeleton.node_count()),
-              .vertex_count = static_cast<double>(surface.vertex_count()),
-              .mode_count = static_cast<double>(mode_count < 0 ? most : std::min(mode_count, most)),
-              .sample_count = static_cast<double>(conditions.loop.sample_count),
-              .frame_count = static_cast<double>(frames_for_poses.size()),
-              .morphs = morph_forms.at(morphs),
-              .compression = compressions.at(compression)},
-             formats, outputs, large);
-  warn(large);
+  warnings.add(check_size(loop_size(plant, surface, modes, conditions.loop.sample_count, poses.size()),
+                          write_options, writers, outputs));
 
-  const Subject subject = bake(skeleton, options, progress);
-  warn(plausibility(skeleton, options.structure, subject.modes.frequency[0]));
-  std::vector<std::string> of_wind;
-  const Motion motion = set_in_motion(subject, conditions, progress, &of_wind);
-  log.finish();
-  const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
-  warn(of_wind);
-  warn(advice(subject, conditions, statistics));
-
-  const ReferenceWind reference = at_reference_height(conditions.wind);
-  const Loop loop{subject,
-                  motion,
-                  surface,
-                  frames_for_poses,
-                  {.name = plant.name,
-                   .frames_per_second = frames_per_second,
-                   .wind_speed = reference.speed,
-                   .heading = reference.heading,
-                   .seed = wind_flags.seed},
-                  morph_forms.at(morphs),
-                  compressions.at(compression)};
-  for (std::size_t i = 0; i < outputs.size(); ++i) {
-    log.begin("write ." + std::string(formats[i]->name));
-    files.add(outputs[i], formats[i]->encode(loop));
-  }
-  log.finish();
+  Subject subject = bake_plant(plant, options, progress, warnings);
+  Moved moved = move_in_wind(subject, conditions, progress, log, warnings);
+  const Loop loop = make_loop(subject.structure, std::move(surface), std::move(moved.motion),
+                              loop_facts(plant, conditions.wind.reference));
+  encode_outputs(loop, writers, write_options, log, files);
   if (!report.empty()) {
-    files.add(report,
-              text_of(report_of(plant, options, conditions, subject, motion, statistics, warnings, log)));
+    const Done done{plant, options.structure, blowing.described, conditions, subject,
+                    loop,  moved.statistics,  warnings.lines};
+    files.add(report, text_of(report_of(done, log)));
   }
   files.commit();
   files.announce();
@@ -395,7 +478,8 @@ void add_animate(CLI::App& app) {
   auto command = std::make_shared<AnimateCommand>();
   CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
   sub.add_option("INPUT", command->input,
-                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys) or a preset")
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame "
+                 "(.toml) or a preset")
       ->required();
   sub.add_option(
       "-o,--output", command->outputs,

@@ -5,6 +5,8 @@
 #include "tremula/geometry/lsystem.hpp"
 #include "tremula/geometry/plants.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/frame_file.hpp"
+#include "tremula/modes/mode_quality.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -95,9 +97,20 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
     read.refuse_for(input);
     return grow_plant(name, read_file(input, std::size_t{16} << 20), input, growth_seed, constants);
   }
+  if (lower_extension(input) == ".toml") {
+    read.refuse_for(input);
+    if (growth_seed || !constants.empty())
+      throw InputError(growth_seed ? "--seed" : "--set", "given with " + input, "an L-system or a preset");
+    const FrameFile file = read_frame(input);
+    return {file.name.empty() ? name : file.name, {outline_of(file.frame), "frame", {}, {}}, file.frame};
+  }
   if (growth_seed) throw InputError("--seed", "given with " + input, "an L-system or a preset");
   if (!constants.empty()) throw InputError("--set", "given with " + input, "an L-system or a preset");
   return {name, read_skeleton(input, read.options())};
+}
+
+void need_tree(const Plant& plant, const std::string& what) {
+  if (plant.frame) throw InputError(what, "a frame", "a tree");
 }
 
 void print_warnings(const Plant& plant) {
@@ -129,7 +142,7 @@ Json describe(const Plant& plant) {
   return {{"name", plant.name},
           {"format", plant.imported.format},
           {"branches", skeleton.branch_count()},
-          {"roots", skeleton.root_count()},
+          {"roots", plant.frame ? plant.frame->clamped.size() : skeleton.roots.size()},
           {"leaves", skeleton.leaves.size()},
           {"leaf_area_m2", leaf_area},
           {"height_m", box.high.z() - box.low.z()},
@@ -204,6 +217,34 @@ StructureOptions StructureFlags::options() const {
   check_material(options.material);
   check_root(options.root);
   return options;
+}
+
+FrameOptions StructureFlags::frame_options(const std::string& input) const {
+  const StructureFlags none;
+  const auto refuse = [&](bool given, const char* flag, const char* wanted) {
+    if (given) throw InputError(flag, "given with the frame " + input, wanted);
+  };
+  const char* in_file = "the material in the file";
+  refuse(material != none.material, "--material", in_file);
+  refuse(youngs_modulus.has_value(), "--youngs-modulus", in_file);
+  refuse(shear_modulus.has_value(), "--shear-modulus", in_file);
+  refuse(density.has_value(), "--density", in_file);
+  refuse(medium != none.medium, "--medium", "air");
+  refuse(root_rotation_stiffness.has_value(), "--root-rotation-stiffness", "a tree: a frame is clamped");
+  refuse(root_translation_stiffness.has_value(), "--root-translation-stiffness",
+         "a tree: a frame is clamped");
+  return {.section = section == "paper" ? Section::paper : Section::exact,
+          .rotatory_inertia = !no_rotatory_inertia};
+}
+
+Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input) {
+  if (plant.frame) return tremula::assemble(*plant.frame, flags.frame_options(input));
+  return tremula::assemble(plant.imported.skeleton, flags.options());
+}
+
+std::vector<bool> trunk_of(const Plant& plant) {
+  if (plant.frame) return std::vector<bool>(plant.frame->elements.size());
+  return trunk_branches(plant.imported.skeleton);
 }
 
 Json describe(const StructureOptions& options) {

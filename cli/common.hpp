@@ -15,11 +15,16 @@
 
 namespace tremula::cli {
 
-// A plant from a file (scan, SWC, L-system) or, where no file has that name, from a preset.
+// What is put into the wind: a plant from a file (scan, SWC, L-system) or, where no file has that name, from
+// a preset; or a frame (.toml).
 struct Plant {
-  std::string name;  // for titles: the file's name without folder and extension, or the preset's
-  ImportedSkeleton imported;
+  std::string name;           // for titles: the file's name without folder and extension, or the preset's
+  ImportedSkeleton imported;  // of a frame its outline, for the skin
+  std::optional<Frame> frame = {};
 };
+
+// Throws InputError for a frame where only a tree will do: "grow".
+void need_tree(const Plant& plant, const std::string& what);
 
 // How a tree file is meant: --unit, --allow-gaps.
 struct ReadFlags {
@@ -41,6 +46,12 @@ void print_warnings(const std::vector<std::string>& lines);
 Json describe(const Plant& plant);
 std::uint64_t peak_bytes();
 
+// Of three values, those of the components of the wind.
+template <typename Values>
+Json by_component(const Values& values) {
+  return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
+}
+
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,
 // --root-rotation-stiffness, --root-translation-stiffness
 inline constexpr double water_density = 1000;  // [kg/m^3]
@@ -53,7 +64,12 @@ struct StructureFlags {
 
   void add_to(CLI::App& command);
   StructureOptions options() const;
+  // Throws InputError for flags that a frame takes no notice of.
+  FrameOptions frame_options(const std::string& input) const;
 };
+Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input);
+// Which members are trunk.
+std::vector<bool> trunk_of(const Plant& plant);
 Json describe(const StructureOptions& options);
 
 // Runs everything on this many threads; 0: as many as there are cores.

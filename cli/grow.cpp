@@ -42,6 +42,7 @@ struct GrowCommand {
     format_of({"-o", output}, "", {{"swc", "a tree"}}, 0);
     Outputs outputs({{"-o", output}}, {{"PRESET|FILE", input}});
     const Plant plant = open_plant(input, read, seed, constants);
+    need_tree(plant, "grow " + input);
     print_warnings(plant);
     outputs.add(output, encode_swc(plant.imported.skeleton, plant.imported.colors));
     outputs.commit();

@@ -20,10 +20,6 @@ std::string printable(std::string text) {
   return text;
 }
 
-Json by_component(const std::array<Json, 3>& values) {
-  return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
-}
-
 struct TowerStatistics {
   std::array<Json, 3> mean, deviation;
 };
@@ -66,7 +62,8 @@ struct InfoCommand {
 
 void InfoCommand::run_on_plant() const {
   const Plant plant = open_plant(input, read);
-  const std::vector<std::string> warnings = plausibility(plant.imported.skeleton, {});
+  const std::vector<std::string> warnings =
+      plant.frame ? std::vector<std::string>{} : plausibility(plant.imported.skeleton, {});
   print_warnings(warnings);
   Json json = describe(plant);
   json["warnings"] = warnings;
@@ -91,46 +88,51 @@ std::string line_of(double height, const std::array<double, 3>& mean,
                  deviation[0], deviation[1], deviation[2]);
 }
 
-void InfoCommand::run_on_wind() const {
-  const TurbSimFile file = read_turbsim(input);
-  const WindField field = wind_field(file);
-  const FieldStatistics statistics = field_moments(field);
-  const TowerStatistics tower = tower_statistics(field);
-  const WindGrid& grid = field.grid;
-  std::vector<double> tower_heights;
-  for (int k = 0; k < file.tower_count; ++k) tower_heights.push_back(file.tower_height(k));
+// What is said of a wind, in whatever format.
+struct FoundWind {
+  const TurbSimFile& file;
+  const WindGrid& grid;
+  FieldStatistics statistics;
+  TowerStatistics tower;
+};
 
-  if (format == "json") {
-    const auto by_point = [&](const std::array<std::vector<double>, 3>& values) {
-      std::array<Json, 3> components;
-      for (std::size_t c = 0; c < 3; ++c) {
-        components[c] = Json::array();
-        for (int i = 0; i < grid.z_count; ++i) {
-          const auto first = values[c].begin() + static_cast<std::ptrdiff_t>(i) * grid.y_count;
-          components[c].push_back(std::vector<double>(first, first + grid.y_count));
-        }
-      }
-      return by_component(components);
-    };
-    std::vector<double> heights, across;
-    for (int i = 0; i < grid.z_count; ++i) heights.push_back(grid.z(i));
-    for (int j = 0; j < grid.y_count; ++j) across.push_back(grid.y(j));
-    Json json = {{"format", "turbsim-bts"}, {"id", file.periodic ? 8 : 7}, {"text", printable(file.text)}};
-    json.update(describe(grid));
-    json.update(Json{{"tower_points", file.tower_count},
-                     {"slope", file.slope},
-                     {"offset", file.offset},
-                     {"y_m", across},
-                     {"z_m", heights},
-                     {"mean_m_s", by_point(statistics.point_mean)},
-                     {"deviation_m_s", by_point(statistics.point_deviation)},
-                     {"tower",
-                      {{"z_m", tower_heights},
-                       {"mean_m_s", by_component(tower.mean)},
-                       {"deviation_m_s", by_component(tower.deviation)}}}});
-    print(text_of(json));
-    return;
+// Rows of the grid, from its bottom to its top.
+Json by_point(const std::array<std::vector<double>, 3>& values, const WindGrid& grid) {
+  std::array<Json, 3> components;
+  for (std::size_t c = 0; c < 3; ++c) {
+    components[c] = Json::array();
+    for (int i = 0; i < grid.z_count; ++i) {
+      const auto first = values[c].begin() + static_cast<std::ptrdiff_t>(i) * grid.y_count;
+      components[c].push_back(std::vector<double>(first, first + grid.y_count));
+    }
   }
+  return by_component(components);
+}
+
+Json as_json(const FoundWind& found) {
+  const auto& [file, grid, statistics, tower] = found;
+  std::vector<double> heights, across, tower_heights;
+  for (int i = 0; i < grid.z_count; ++i) heights.push_back(grid.z(i));
+  for (int j = 0; j < grid.y_count; ++j) across.push_back(grid.y(j));
+  for (int k = 0; k < file.tower_count; ++k) tower_heights.push_back(file.tower_height(k));
+  Json json = {{"format", "turbsim-bts"}, {"id", file.periodic ? 8 : 7}, {"text", printable(file.text)}};
+  json.update(describe(grid));
+  json.update(Json{{"tower_points", file.tower_count},
+                   {"slope", file.slope},
+                   {"offset", file.offset},
+                   {"y_m", across},
+                   {"z_m", heights},
+                   {"mean_m_s", by_point(statistics.point_mean, grid)},
+                   {"deviation_m_s", by_point(statistics.point_deviation, grid)},
+                   {"tower",
+                    {{"z_m", tower_heights},
+                     {"mean_m_s", by_component(tower.mean)},
+                     {"deviation_m_s", by_component(tower.deviation)}}}});
+  return json;
+}
+
+std::string as_table(const FoundWind& found) {
+  const auto& [file, grid, statistics, tower] = found;
   std::string text = printed("format      turbsim-bts (id %d, %s)\n", file.periodic ? 8 : 7,
                              file.periodic ? "periodic" : "not periodic");
   text += printed("text        %s\n", printable(file.text).c_str());
@@ -144,15 +146,22 @@ void InfoCommand::run_on_wind() const {
   for (auto row = statistics.rows.rbegin(); row != statistics.rows.rend(); ++row)
     text += line_of(row->height, row->mean, row->deviation);
   if (file.tower_count > 0) text += "tower\n";
-  for (std::size_t k = 0; k < tower_heights.size(); ++k) {
+  for (int k = 0; k < file.tower_count; ++k) {
     std::array<double, 3> mean, deviation;
     for (std::size_t c = 0; c < 3; ++c) {
-      mean[c] = tower.mean[c][k].get<double>();
-      deviation[c] = tower.deviation[c][k].get<double>();
+      mean[c] = tower.mean[c][index_of(k)].get<double>();
+      deviation[c] = tower.deviation[c][index_of(k)].get<double>();
     }
-    text += line_of(tower_heights[k], mean, deviation);
+    text += line_of(file.tower_height(k), mean, deviation);
   }
-  print(text);
+  return text;
+}
+
+void InfoCommand::run_on_wind() const {
+  const TurbSimFile file = read_turbsim(input);
+  const WindField field = wind_field(file);
+  const FoundWind found{file, field.grid, field_moments(field), tower_statistics(field)};
+  print(format == "json" ? text_of(as_json(found)) : as_table(found));
 }
 
 }  // namespace
@@ -160,8 +169,9 @@ void InfoCommand::run_on_wind() const {
 void add_info(CLI::App& app) {
   auto command = std::make_shared<InfoCommand>();
   CLI::App& sub = *app.add_subcommand("info", "What is in a file: counts, extents, repairs, wind by height");
-  sub.add_option("FILE", command->input,
-                 "A tree file, an L-system (.lsys), the name of a preset, or a wind field (.bts)")
+  sub.add_option(
+         "FILE", command->input,
+         "A tree file, an L-system (.lsys), a frame (.toml), the name of a preset, or a wind field (.bts)")
       ->required();
   sub.add_option("--format", command->format, "table or json")
       ->check(CLI::IsMember({"table", "json"}))

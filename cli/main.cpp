@@ -1,4 +1,5 @@
 #include "tremula/base/error.hpp"
+#include "tremula/base/suggestion.hpp"
 #include "tremula/io/atomic_file.hpp"
 
 #include <csignal>
@@ -74,7 +75,7 @@ void refuse_unknown_command(const CLI::App& app, int argc, char** argv) {
     names.push_back(command->get_name());
   }
   throw tremula::InputError("tremula", "no command '" + given + "'",
-                            "one of " + list + tremula::cli::suggestion(given, names));
+                            "one of " + list + tremula::suggestion(given, names));
 }
 
 int run(int argc, char** argv) {
@@ -87,7 +88,7 @@ int run(int argc, char** argv) {
       "Examples:\n"
       "  tremula animate tree.swc -o tree.glb           a looping tree for Blender or a game engine\n"
       "  tremula animate oak -o oak.html                a grown oak that plays in any browser\n"
-      "  tremula modes scan.mat --count 20              natural frequencies of a laser-scanned tree\n"
+      "  tremula modes scan.mat --modes 20              natural frequencies of a laser-scanned tree\n"
       "  tremula wind --wind-speed 8 -o gusts.bts       a turbulent wind field, --plot shows how good it is\n"
       "  tremula COMMAND --help                         all options of a command, with examples\n");
   tremula::cli::add_animate(app);

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <chrono>
+#include <utility>
 
 #include "commands.hpp"
 #include "common.hpp"
@@ -14,6 +15,16 @@
 
 namespace tremula::cli {
 namespace {
+
+// What is said of the modes, in whatever format.
+struct Found {
+  const Plant& plant;
+  Modes modes;
+  ModeQuality quality;
+  std::vector<std::string> warnings;
+  Json seconds;         // of each stage
+  std::string picture;  // SVG, where one is wanted
+};
 
 struct ModesCommand {
   std::string input, format, output = "-", plot;
@@ -26,14 +37,10 @@ struct ModesCommand {
   StructureFlags structure;
   ThreadsFlag threads;
 
+  void check_flags(const CLI::App& flags) const;
+  ModeMethod mode_method() const;
+  Found find(const Plant& plant, const StructureOptions& options, StageLog& log) const;
   void run(const CLI::App& flags) const;
-};
-
-// What is said of the modes, in whatever format.
-struct Found {
-  const Plant& plant;
-  const Modes& modes;
-  const ModeQuality& quality;
 };
 
 // That the list ends among equal modes, where it does.
@@ -46,12 +53,13 @@ std::string equal_modes_note(const Modes& modes) {
 }
 
 std::string as_table(const Found& found) {
-  const auto& [plant, modes, quality] = found;
+  const Modes& modes = found.modes;
+  const ModeQuality& quality = found.quality;
   const Eigen::MatrixX3d percent = 100 * quality.effective_mass_share();
   std::string text = printed("%s: %d branches, %.4g kg, %d modes\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n",
-                             plant.name.c_str(), plant.imported.skeleton.branch_count(), quality.total_mass,
-                             modes.count(), "mode", "frequency_hz", "period_s", "residual", "error_bound",
-                             "kind", "mass_x_%", "mass_y_%", "mass_z_%");
+                             found.plant.name.c_str(), found.plant.imported.skeleton.branch_count(),
+                             quality.total_mass, modes.count(), "mode", "frequency_hz", "period_s",
+                             "residual", "error_bound", "kind", "mass_x_%", "mass_y_%", "mass_z_%");
   for (int r = 0; r < modes.count(); ++r) {
     text += printed("%6d %14.6f %12.4f %11.1e %11.1e %8s %9.3f %9.3f %9.3f\n", r + 1, modes.frequency[r],
                     1 / modes.frequency[r], modes.residual[r], modes.error_bound[r],
@@ -64,7 +72,8 @@ std::string as_table(const Found& found) {
 }
 
 std::string as_csv(const Found& found) {
-  const auto& [plant, modes, quality] = found;
+  const Modes& modes = found.modes;
+  const ModeQuality& quality = found.quality;
   const Eigen::MatrixX3d share = quality.effective_mass_share();
   std::string text =
       "mode,frequency_hz,residual,error_bound,kind,effective_mass_share_x,effective_mass_share_y,"
@@ -77,9 +86,8 @@ std::string as_csv(const Found& found) {
   return text;
 }
 
-Json as_json(const Found& found, const StructureOptions& structure, const Json& seconds,
-             const std::vector<std::string>& warnings) {
-  const auto& [plant, modes, quality] = found;
+Json as_json(const Found& found, const StructureOptions& structure) {
+  const auto& [plant, modes, quality, warnings, seconds, picture] = found;
   const int branches = plant.imported.skeleton.branch_count();
   const Eigen::MatrixX3d mass = quality.effective_mass(), share = quality.effective_mass_share();
   const auto three = [](const auto& row) { return Json{row[0], row[1], row[2]}; };
@@ -101,8 +109,8 @@ Json as_json(const Found& found, const StructureOptions& structure, const Json& 
                       {"axial", energy.axial}}}});
   }
   return {{"branches", branches},
-          {"dof", 6 * branches},
-          {"structure", describe(structure)},
+          {"dof", modes.shapes.rows()},
+          {"structure", plant.frame ? Json() : describe(structure)},
           {"total_mass_kg", quality.total_mass},
           {"modes", list},
           {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},
@@ -117,9 +125,17 @@ Json as_json(const Found& found, const StructureOptions& structure, const Json& 
           {"peak_bytes", peak_bytes()}};
 }
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+// Seconds since it was made, or since it was last asked.
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(begun_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+};
 
 // A table is text: .txt.
 std::size_t format_index(const Place& place, const std::string& named) {
@@ -127,13 +143,54 @@ std::size_t format_index(const Place& place, const std::string& named) {
                    {{"txt", "a table"}, {"json", "with everything"}, {"csv", "a row a mode"}}, 0);
 }
 
-void ModesCommand::run(const CLI::App& flags) const {
+void ModesCommand::check_flags(const CLI::App& flags) const {
   refuse_idle_flags(flags,
-                    std::array{IdleFlags{up_to.has_value(), "given with --up-to", "one of them", {"--count"}},
+                    std::array{IdleFlags{up_to.has_value(), "given with --up-to", "one of them", {"--modes"}},
                                IdleFlags{method == "dense",
                                          "given with --method dense, which finds all modes at once",
                                          "--method iterative",
                                          {"--tolerance"}}});
+}
+
+ModeMethod ModesCommand::mode_method() const {
+  return method == "dense"       ? ModeMethod::dense
+         : method == "iterative" ? ModeMethod::iterative
+                                 : ModeMethod::automatic;
+}
+
+Found ModesCommand::find(const Plant& plant, const StructureOptions& options, StageLog& log) const {
+  const ModeOptions mode_options{.count = count,
+                                 .method = mode_method(),
+                                 .tolerance = tolerance,
+                                 .memory_limit = memory_limit,
+                                 .progress = [&](double done) { log.progress("modes", done); }};
+  Stopwatch watch;
+  log.begin("structure");
+  const Structure assembled = cli::assemble(plant, structure, input);
+  const double setup = watch.lap();
+  log.begin("modes");
+  Modes modes =
+      up_to ? solve_modes_up_to(assembled, *up_to, mode_options) : solve_modes(assembled, mode_options);
+  const double solve = watch.lap() - modes.check_seconds;
+  log.begin("quality");
+  ModeQuality quality = assess_modes(assembled, modes, trunk_of(plant));
+  const double assessed = watch.lap();
+  log.begin("plot");
+  std::string picture = plot.empty() ? "" : plot_modes(assembled, modes, quality, {.title = plant.name});
+  log.finish();
+  std::vector<std::string> warnings;
+  if (!plant.frame) warnings = plausibility(plant.imported.skeleton, options, modes.frequency[0]);
+  Json seconds = {{"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
+  return {plant,
+          std::move(modes),
+          std::move(quality),
+          std::move(warnings),
+          std::move(seconds),
+          std::move(picture)};
+}
+
+void ModesCommand::run(const CLI::App& flags) const {
+  check_flags(flags);
   const std::size_t form = format_index({"-o", output}, format);
   if (!plot.empty()) format_of({"--plot", plot}, "", {{"svg", "a picture"}}, 0);
   Outputs outputs({{"-o", output}, {"--plot", plot}}, {{"INPUT", input}});
@@ -142,47 +199,14 @@ void ModesCommand::run(const CLI::App& flags) const {
   const Plant plant = open_plant(input, read);
   log.finish();
   print_warnings(plant);
-  const Skeleton& skeleton = plant.imported.skeleton;
   const StructureOptions options = structure.options();
-  const ModeMethod chosen = method == "dense"       ? ModeMethod::dense
-                            : method == "iterative" ? ModeMethod::iterative
-                                                    : ModeMethod::automatic;
   threads.run([&] {
-    auto begun = std::chrono::steady_clock::now();
-    const auto seconds_taken = [&begun] {
-      const double taken = seconds_since(begun);
-      begun = std::chrono::steady_clock::now();
-      return taken;
-    };
-    log.begin("structure");
-    const Structure assembled = assemble(skeleton, options);
-    const double setup = seconds_taken();
-    const ModeOptions mode_options{.count = count,
-                                   .method = chosen,
-                                   .tolerance = tolerance,
-                                   .memory_limit = memory_limit,
-                                   .progress = [&](double done) { log.progress("modes", done); }};
-    log.begin("modes");
-    const Modes modes =
-        up_to ? solve_modes_up_to(assembled, *up_to, mode_options) : solve_modes(assembled, mode_options);
-    const double solve = seconds_taken() - modes.check_seconds;
-    log.begin("quality");
-    const ModeQuality quality = assess_modes(assembled, modes, trunk_branches(skeleton));
-    const double assessed = seconds_taken();
-    log.begin("plot");
-    const std::string picture =
-        plot.empty() ? "" : plot_modes(skeleton, assembled, modes, quality, {.title = plant.name});
-    log.finish();
-    const std::vector<std::string> warnings = plausibility(skeleton, options, modes.frequency[0]);
-    print_warnings(warnings);
-
-    const Found found{plant, modes, quality};
-    const Json seconds = {
-        {"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
-    outputs.add(output, form == 1   ? text_of(as_json(found, options, seconds, warnings))
+    const Found found = find(plant, options, log);
+    print_warnings(found.warnings);
+    outputs.add(output, form == 1   ? text_of(as_json(found, options))
                         : form == 2 ? as_csv(found)
                                     : as_table(found));
-    if (!plot.empty()) outputs.add(plot, picture);
+    if (!plot.empty()) outputs.add(plot, found.picture);
     outputs.commit();
   });
 }
@@ -193,10 +217,11 @@ void add_modes(CLI::App& app) {
   auto command = std::make_shared<ModesCommand>();
   CLI::App& sub = *app.add_subcommand("modes", "Natural frequencies and shapes of a plant");
   sub.add_option("INPUT", command->input,
-                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system "
-                 "(.lsys) or the name of a preset")
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame "
+                 "(.toml) or the name of a preset")
       ->required();
-  sub.add_option("--count", command->count, "How many of the lowest modes; -1: all")->capture_default_str();
+  sub.add_option("--modes,--count", command->count, "How many of the lowest modes; -1: all")
+      ->capture_default_str();
   sub.add_option("--up-to", command->up_to,
                  "All modes below this frequency [Hz], instead of a number of modes");
   sub.add_option("--format", command->format, "table, json or csv, where no extension says it")
@@ -224,10 +249,10 @@ void add_modes(CLI::App& app) {
   sub.footer(
       "Examples:\n"
       "  tremula modes tree.swc\n"
-      "  tremula modes scan.mat --count 20 --material oak --format csv -o frequencies.csv\n"
+      "  tremula modes scan.mat --modes 20 --material oak --format csv -o frequencies.csv\n"
       "  tremula modes oak --plot oak.svg\n"
       "  tremula modes oak --up-to 3 --plot modes.svg\n"
-      "  tremula modes forest.txt --count 100 --max-memory 2GB\n"
+      "  tremula modes forest.txt --modes 100 --max-memory 2GB\n"
       "  tremula modes tree.txt --youngs-modulus 8e9 --shear-modulus 6e8 --density 900 --format json\n");
   sub.callback([command, &sub] { command->run(sub); });
 }

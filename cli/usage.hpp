@@ -25,7 +25,4 @@ struct IdleFlags {
 };
 void refuse_idle_flags(const CLI::App& command, std::span<const IdleFlags> rules);
 
-// "; did you mean oak?" where one of the names is near, else nothing.
-std::string suggestion(const std::string& name, const std::vector<std::string>& names);
-
 }  // namespace tremula::cli

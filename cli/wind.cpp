@@ -203,7 +203,7 @@ void advise(const TurbulentWind& wind, const WindGrid& grid, const SynthesisRepo
            " m: beyond it the wind is that of its first or last row");
     }
   }
-  const double intensity = at_reference_height(wind).intensity.value_or(0);
+  const double intensity = Wind(wind).reference.intensity.value_or(0);
   if (intensity > 0.4) {
     warn("turbulence intensity " + number_text(intensity) +
          ": above 0.4 the wind blows backwards at times, and gusts are no longer carried by one mean speed");

@@ -98,12 +98,6 @@ void override_decay(const std::vector<double>& given, const char* flag, Coherenc
   std::copy_n(given.begin(), 3, decay.begin());
 }
 
-Json by_component(const Vec3& values) { return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}}; }
-
-Json by_component(const std::array<double, 3>& values) {
-  return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
-}
-
 }  // namespace
 
 void refuse_given(const std::vector<CLI::Option*>& options, const std::string& with,
@@ -323,7 +317,7 @@ Json describe(const WindFlags& flags, const TurbulentWind& wind) {
                {"displacement_m", mean.displacement},
                {"canopy_height_m", mean.canopy_height},
                {"canopy_decay", mean.canopy_decay},
-               {"turbulence_intensity", at_reference_height(wind).intensity.value_or(0)},
+               {"turbulence_intensity", Wind(wind).reference.intensity.value_or(0)},
                {"deviation_m_s", by_component(Vec3(spectrum_variance(wind.spectrum).cwiseSqrt()))},
                {"covariance_uw_m2_s2", wind.covariance_uw}};
   for (const ProfileRow& row : mean.table)

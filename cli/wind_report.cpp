@@ -5,11 +5,6 @@ namespace {
 
 constexpr const char* component_names[] = {"u", "v", "w"};
 
-template <typename Value>
-Json by_component(const std::array<Value, 3>& values) {
-  return {{"u", values[0]}, {"v", values[1]}, {"w", values[2]}};
-}
-
 }  // namespace
 
 Json describe(const WindGrid& grid) {

@@ -1,8 +1,9 @@
-# tremula_component(NAME [DEPENDS components...] [PUBLIC libs...] [PRIVATE libs...] [DEFINITIONS public ones...])
-# One library per folder of src/tremula, from every .cpp in it. It may include only the folders it depends on
-# by name; the link line keeps the picture of the cascade honest.
+# tremula_component(NAME [INTERNAL] [DEPENDS components...] [PUBLIC libs...] [PRIVATE libs...] [DEFINITIONS ...])
+# One library per folder of src/tremula, from every .cpp in it. It sees the headers of its own folder and of those that it
+# names, and no others: an include against the arrows of the cascade does not build (tests/CMakeLists.txt: arrows). What is no component
+# and links one sees them all.
 function(tremula_component name)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;PUBLIC;PRIVATE;DEFINITIONS" ${ARGN})
+  cmake_parse_arguments(ARG "INTERNAL" "" "DEPENDS;PUBLIC;PRIVATE;DEFINITIONS" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   set(target tremula_${name})
   if(sources)
@@ -15,9 +16,19 @@ function(tremula_component name)
     add_library(${target} INTERFACE)
   endif()
   add_library(tremula::${name} ALIAS ${target})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
-  target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
-                             $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name} TREMULA_COMPONENT TRUE)
+  set(all_headers $<$<NOT:$<BOOL:$<TARGET_PROPERTY:TREMULA_COMPONENT>>>:${PROJECT_SOURCE_DIR}/src>)
+  target_include_directories(${target} ${scope} $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+  target_include_directories(${target} INTERFACE $<BUILD_INTERFACE:${all_headers}>)
+  # A folder that holds nothing but tremula/NAME, for each that may be seen.
+  set(views ${PROJECT_BINARY_DIR}/include)
+  file(MAKE_DIRECTORY ${views}/${name}/tremula)
+  file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${views}/${name}/tremula/${name} SYMBOLIC)
+  if(sources)
+    foreach(seen ${name} ${ARG_DEPENDS})
+      target_include_directories(${target} PRIVATE $<BUILD_INTERFACE:${views}/${seen}>)
+    endforeach()
+  endif()
   target_compile_features(${target} ${scope} cxx_std_20)
   target_compile_definitions(${target} ${scope} ${ARG_DEFINITIONS})
   list(TRANSFORM ARG_DEPENDS PREPEND tremula::)
@@ -25,7 +36,9 @@ function(tremula_component name)
   if(sources)
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE})
   endif()
-  set_property(GLOBAL APPEND PROPERTY TREMULA_COMPONENTS ${target})
+  if(NOT ARG_INTERNAL)  # what is installed
+    set_property(GLOBAL APPEND PROPERTY TREMULA_COMPONENTS ${target})
+  endif()
 endfunction()
 
 # How a library is built and named: tremula_${name}, with the versions of the project that fit each other in its soname.

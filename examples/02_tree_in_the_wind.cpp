@@ -1,6 +1,5 @@
 // The whole cascade: grow a sapling, bake its modes, let a wind blow, ask for any instant.
 
-#include <tremula/deformation/pose.hpp>
 #include <tremula/dynamics/motion_statistics.hpp>
 #include <tremula/geometry/grow.hpp>
 #include <tremula/geometry/plants.hpp>
@@ -21,13 +20,13 @@ int main() {
     weather.wind = turbulent_wind({.speed = speed}, 0.2);
     weather.loop = {.period = 20, .sample_count = 600};
     const Motion motion = set_in_motion(subject, weather);
-    const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
+    const MotionStatistics statistics = motion_statistics(subject.structure, motion);
     std::printf("wind %.0f m/s: lean %.3f m, sway %.3f m rms\n", speed, statistics.largest_lean,
                 statistics.about_lean.displacement);
 
     // 3. The loop closes, and any instant can be had directly.
-    const Displacement at_start = displacement_at(subject.modes, motion, 0);
-    const Displacement at_end = displacement_at(subject.modes, motion, motion.period);
+    const Eigen::VectorXd at_start = displacement_at(motion, 0);
+    const Eigen::VectorXd at_end = displacement_at(motion, motion.period);
     if (at_start != at_end) return 1;
   }
   return 0;

@@ -2,7 +2,7 @@
 // across, stands on two feet. How much slower does it sway when one foot comes loose? Loops and several
 // clamps are a Frame; the modes come from the same solver, with the same proof that none is missing.
 
-#include <tremula/modes/frame_modes.hpp>
+#include <tremula/modes/solve_modes.hpp>
 
 #include <cmath>
 #include <cstdio>
@@ -45,9 +45,9 @@ Frame arch(int pieces) {
 int main() {
   Frame frame = arch(48);
   frame.clamped = {0, 48};
-  const Modes standing = solve_modes(assemble_frame(frame), {.count = 6});
+  const Modes standing = solve_modes(assemble(frame), {.count = 6});
   frame.clamped = {0};
-  const Modes loose = solve_modes(assemble_frame(frame), {.count = 6});
+  const Modes loose = solve_modes(assemble(frame), {.count = 6});
 
   bool right = true;
   std::printf("mode  both feet clamped  one foot loose\n");

@@ -2,7 +2,6 @@
 // of the loop is. Here gusts that come as one front: every point feels the same gust when the front reaches
 // it.
 
-#include <tremula/deformation/pose.hpp>
 #include <tremula/geometry/grow.hpp>
 #include <tremula/geometry/plants.hpp>
 #include <tremula/pipeline.hpp>
@@ -17,8 +16,8 @@ int main() {
   const double speed = 5, gust = 1.5;  // m/s
   const int gust_bin = 3;              // so many gusts a loop
 
-  OwnWind front;
-  front.speed = speed;  // what reports and captions say
+  Wind front;
+  front.reference.speed = speed;  // what reports and captions say
   front.at_points = [=](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
     PointWind wind;
     wind.mean = Eigen::Vector3d(speed, 0, 0).replicate(1, points.cols());
@@ -44,8 +43,7 @@ int main() {
 
   // Three equal gusts a loop: the plant does the same in each third of it.
   const double third = motion.period / 3;
-  const Displacement first = displacement_at(subject.modes, motion, 1),
-                     second = displacement_at(subject.modes, motion, 1 + third);
+  const Eigen::VectorXd first = displacement_at(motion, 1), second = displacement_at(motion, 1 + third);
   const Vec3 top = first.tail<6>().head<3>();
   std::printf("a second after the start the last branch is %.3f m downwind\n", top.x());
   const bool alike = (first - second).norm() < 1e-6 * first.norm();

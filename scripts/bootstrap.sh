@@ -13,7 +13,7 @@ if [ "$(id -u)" -ne 0 ]; then sudo=(sudo); fi
 packages=(
   g++ cmake ninja-build ca-certificates
   libeigen3-dev libfftw3-dev librandom123-dev libtbb-dev
-  libcli11-dev nlohmann-json3-dev zlib1g-dev libmeshoptimizer-dev libstb-dev
+  libcli11-dev nlohmann-json3-dev zlib1g-dev libmeshoptimizer-dev libstb-dev libtomlplusplus-dev
 )
 # A Node.js from elsewhere is as good as the system's, as long as it brings npm.
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then packages+=(nodejs npm); fi

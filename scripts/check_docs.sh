@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Fails, and names the places, where the documents name what does not exist:
 #  - in docs/theory, everything in backticks: files, functions, types, fields, flags, tests (Suite.Name);
+#  - in docs/theory/notation.md, a word that nothing uses, or one of those that the table forbids;
 #  - in all documents, links to files, and the commands and flags of command lines that begin with tremula.
 # Usage: scripts/check_docs.sh
 set -euo pipefail
@@ -9,7 +10,7 @@ cd "$(dirname "$0")/.."
 
 declare -A words tests flags commands files
 while read -r word; do words[$word]=1; done \
-  < <(grep -rhoE '[A-Za-z_][A-Za-z0-9_]*' src cli --include='*.?pp' | sort -u)
+  < <(grep -rhoE '[A-Za-z_][A-Za-z0-9_]*' src cli viewer/src --include='*.?pp' --include='*.ts' | sort -u)
 while read -r test; do tests[$test]=1; done \
   < <(grep -rhoE '^TEST(_[FP])?\([A-Za-z0-9_]+, *[A-Za-z0-9_]+' tests | sed -E 's/^TEST(_[FP])?\(([^,]+), */\2./')
 while read -r flag; do flags[$flag]=1; done < <(grep -hoE -- '--[a-z][a-z-]*' cli/*.cpp | sort -u)
@@ -53,6 +54,26 @@ check_name() {  # place, what stood in backticks
   esac
 }
 
+# The table of words in notation.md: what stands first is used, what stands last is not.
+check_words() {
+  local number=0 line in_words= word banned
+  while IFS= read -r line; do
+    number=$((number + 1))
+    case $line in
+      '## Words'*) in_words=1 ;;
+      '## '*) in_words= ;;
+    esac
+    [[ -n $in_words && $line == '| `'* ]] || continue
+    word=$(cut -d'|' -f2 <<< "$line" | grep -oE '`[^`]+`' | tr -d '`')
+    [ -n "${words[$word]:-}" ] || complain "docs/theory/notation.md:$number" "'$word' is a word that nothing uses"
+    while read -r banned; do
+      [ -z "${words[$banned]:-}" ] ||
+        complain "docs/theory/notation.md:$number" "'$banned' is used: the word is '$word'"
+    done < <(cut -d'|' -f4 <<< "$line" | grep -oE '`[^`]+`' | tr -d '`')
+  done < docs/theory/notation.md
+}
+check_words
+
 checked=0
 for document in README.md docs/**/*.md; do
   number=0
@@ -74,6 +95,7 @@ for document in README.md docs/**/*.md; do
       [[ $line == *\\ ]] || goes_on=
       continue
     fi
+    if [ "$line" = '## Words' ]; then break; fi  # check_words has looked at those
     [[ $line == *']('* || $line == *'`'* ]] || continue
     while read -r link; do
       case $link in

@@ -22,7 +22,7 @@ if (!program) {
 // Each reads what it needs from the first program's plant, so that a row tells of its own stage alone.
 const rows = [
   { what: 'grown plant (.swc)', file: 'grown.swc', args: ['grow', 'oak', '-o'], serial: true },
-  { what: 'modes (.csv)', file: 'modes.csv', args: ['modes', 'plant.swc', '--count', '20', '--format', 'csv', '-o'],
+  { what: 'modes (.csv)', file: 'modes.csv', args: ['modes', 'plant.swc', '--modes', '20', '--format', 'csv', '-o'],
     columns: 2 },
   { what: 'poses, turbulent wind (.csv)', file: 'turbulent.csv', args: ['animate', 'plant.swc', '--period', '10', '-o'] },
   { what: "poses, Stam's wind (.csv)", file: 'stam.csv',

@@ -1,6 +1,8 @@
 // Small frames for the tests, made here.
 #pragma once
 
+#include <Eigen/Eigenvalues>
+
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/structure/frame.hpp"
 
@@ -59,6 +61,13 @@ inline Frame table(int pieces, const Material& material) {
     add_beam(frame, corner + 4, (corner + 1) % 4 + 4, pieces, 0.015, material);
   }
   return frame;
+}
+
+// All of them, by the dense solver [rad/s].
+inline Eigen::VectorXd dense_omega(const FrameMatrices& matrices) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+      Eigen::MatrixXd(matrices.stiffness), Eigen::MatrixXd(matrices.mass), Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().cwiseSqrt();
 }
 
 }  // namespace tremula::test

@@ -3,7 +3,7 @@
 // values to the last digit of a long double. Written out plainly, branch by branch, as a second method.
 #pragma once
 
-#include "tremula/structure/structure.hpp"
+#include "tremula/structure/beam_tree.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -18,12 +18,12 @@ using LongMatrix = Eigen::Matrix<Long, Eigen::Dynamic, Eigen::Dynamic>;
 using Long3 = Eigen::Matrix<Long, 3, 1>;
 
 // u = B^-1 S s
-inline LongVector long_displacement(const Structure& structure, const LongVector& s) {
+inline LongVector long_displacement(const BeamTree& tree, const LongVector& s) {
   LongVector u(s.size());
-  for (int k = 0; k < structure.branch_count(); ++k) {
+  for (int k = 0; k < tree.branch_count(); ++k) {
     const auto index = static_cast<std::size_t>(k);
-    const Long3 d = structure.direction[index].cast<Long>().normalized();
-    const Compliance& c = structure.compliances[index];
+    const Long3 d = tree.members[index].direction.cast<Long>().normalized();
+    const Compliance& c = tree.compliances[index];
     const Long deflection = std::sqrt(static_cast<Long>(c.deflection));
     const Long3 force = s.segment<3>(6 * k), moment = s.segment<3>(6 * k + 3);
     const Long3 bend = moment.cross(d), across = force - force.dot(d) * d;
@@ -31,22 +31,22 @@ inline LongVector long_displacement(const Structure& structure, const LongVector
                         std::sqrt(static_cast<Long>(c.slope_held)) * bend;
     u.segment<3>(6 * k) = std::sqrt(static_cast<Long>(c.axial)) * force.dot(d) * d + deflection * across;
     u.segment<3>(6 * k + 3) = std::sqrt(static_cast<Long>(c.torsion)) * moment.dot(d) * d + d.cross(slope);
-    const int parent = structure.parent[index];
+    const int parent = tree.parent[index];
     if (parent < 0) continue;
     const Long3 rotation = u.segment<3>(6 * parent + 3);
-    u.segment<3>(6 * k) += u.segment<3>(6 * parent) + rotation.cross(structure.reach[index].cast<Long>());
+    u.segment<3>(6 * k) += u.segment<3>(6 * parent) + rotation.cross(tree.reach[index].cast<Long>());
     u.segment<3>(6 * k + 3) += rotation;
   }
   return u;
 }
 
 // a^T M b: kinetic energy, so that no B^-T is needed.
-inline Long long_mass_product(const Structure& structure, const LongVector& a, const LongVector& b) {
+inline Long long_mass_product(const BeamTree& tree, const LongVector& a, const LongVector& b) {
   Long sum = 0;
-  for (int k = 0; k < structure.branch_count(); ++k) {
+  for (int k = 0; k < tree.branch_count(); ++k) {
     const auto index = static_cast<std::size_t>(k);
-    const Long3 d = structure.direction[index].cast<Long>().normalized();
-    const int parent = structure.parent[index];
+    const Long3 d = tree.members[index].direction.cast<Long>().normalized();
+    const int parent = tree.parent[index];
     // Along, twist, across and slope of both ends.
     struct Ends {
       Long along[2], twist[2];
@@ -58,7 +58,7 @@ inline Long long_mass_product(const Structure& structure, const LongVector& a, c
       if (parent >= 0) {
         rotation[0] = u.segment<3>(6 * parent + 3);
         translation[0] = u.segment<3>(6 * parent);
-        translation[0] += rotation[0].cross(structure.start_arm[index].cast<Long>());
+        translation[0] += rotation[0].cross(tree.members[index].start_arm.cast<Long>());
       }
       Ends result;
       for (int e = 0; e < 2; ++e) {
@@ -70,7 +70,7 @@ inline Long long_mass_product(const Structure& structure, const LongVector& a, c
       return result;
     };
     const Ends of_a = ends(a), of_b = ends(b);
-    const ElementMass& mass = structure.masses[index];
+    const ElementMass& mass = tree.masses[index];
     for (int i = 0; i < 2; ++i) {
       for (int j = 0; j < 2; ++j) {
         sum += static_cast<Long>(mass.axial(i, j)) * of_a.along[i] * of_b.along[j] +
@@ -87,24 +87,24 @@ inline Long long_mass_product(const Structure& structure, const LongVector& a, c
 
 // Frequencies [Hz], ascending, of the best approximations that mode shapes (6N x m), displacements, allow:
 // the stiffness of a shape is that of the relative displacements of its branches.
-inline LongVector long_frequencies(const Structure& structure, const Eigen::MatrixXd& shapes) {
+inline LongVector long_frequencies(const BeamTree& tree, const Eigen::MatrixXd& shapes) {
   const Eigen::Index count = shapes.cols();
   // s of each shape: S^-1 B u, branch by branch.
   LongMatrix s(shapes.rows(), count), u(shapes.rows(), count);
   for (Eigen::Index r = 0; r < count; ++r) {
-    for (int k = 0; k < structure.branch_count(); ++k) {
+    for (int k = 0; k < tree.branch_count(); ++k) {
       const auto index = static_cast<std::size_t>(k);
-      const Long3 d = structure.direction[index].cast<Long>().normalized();
+      const Long3 d = tree.members[index].direction.cast<Long>().normalized();
       Long3 translation = shapes.col(r).segment<3>(6 * k).cast<Long>();
       Long3 rotation = shapes.col(r).segment<3>(6 * k + 3).cast<Long>();
-      const int parent = structure.parent[index];
+      const int parent = tree.parent[index];
       if (parent >= 0) {
         const Long3 carried = shapes.col(r).segment<3>(6 * parent + 3).cast<Long>();
         translation -= shapes.col(r).segment<3>(6 * parent).cast<Long>();
-        translation -= carried.cross(structure.reach[index].cast<Long>());
+        translation -= carried.cross(tree.reach[index].cast<Long>());
         rotation -= carried;
       }
-      const Compliance& c = structure.compliances[index];
+      const Compliance& c = tree.compliances[index];
       const Long deflection = std::sqrt(static_cast<Long>(c.deflection));
       const Long3 across = (translation - translation.dot(d) * d) / deflection;
       const Long3 bend = (rotation.cross(d) - static_cast<Long>(c.deflection_slope) / deflection * across) /
@@ -114,12 +114,12 @@ inline LongVector long_frequencies(const Structure& structure, const Eigen::Matr
           rotation.dot(d) / std::sqrt(static_cast<Long>(c.torsion)) * d + d.cross(bend);
     }
     s.col(r).normalize();
-    u.col(r) = long_displacement(structure, s.col(r));
+    u.col(r) = long_displacement(tree, s.col(r));
   }
   LongMatrix mass(count, count);
   for (Eigen::Index r = 0; r < count; ++r) {
     for (Eigen::Index q = 0; q <= r; ++q)
-      mass(r, q) = mass(q, r) = long_mass_product(structure, u.col(r), u.col(q));
+      mass(r, q) = mass(q, r) = long_mass_product(tree, u.col(r), u.col(q));
   }
   const LongMatrix gram = s.transpose() * s;
   // The operator's Ritz values are omega^-2.

@@ -1,7 +1,9 @@
 #include "tremula/pipeline.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace tremula {
 namespace {
@@ -13,19 +15,14 @@ std::string print(const char* format, Numbers... numbers) {
   return text;
 }
 
-// S_u of a wind at a height, where its kind has one and something blows there.
-std::function<double(double frequency)> spectrum_of(const Wind& wind, double height) {
-  if (const auto* turbulent = std::get_if<TurbulentWind>(&wind)) {
-    if (!(spectrum_variance(turbulent->spectrum)[0] > 0)) return {};
-    return [turbulent, height](double frequency) { return spectrum_at(*turbulent, height, frequency)[0]; };
+// From the lowest node to the highest [m].
+double height_of(const Structure& structure) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const Node& node : structure.nodes) {
+    low = std::min(low, node.position.z());
+    high = std::max(high, node.position.z());
   }
-  if (const auto* stam = std::get_if<StamWind>(&wind); stam && stam->rows == StamRows::unit_variance) {
-    const double speed = mean_speed(stam->mean, height);
-    if (!(speed > 0 && stam->turbulence_intensity > 0)) return {};
-    return
-        [height, speed](double frequency) { return simiu_scanlan_spectrum(frequency, height, speed, 1)[0]; };
-  }
-  return {};
+  return high - low;
 }
 
 // The share of the variance between two frequencies: trapezoids over the logarithm.
@@ -53,11 +50,10 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
               "take more frames a second or fewer modes",
               highest, 2 * nyquist, nyquist));
   }
-  const Extent size = extent(subject.skeleton);
-  const auto spectrum =
-      spectrum_of(weather.wind, std::max(lowest_spectrum_height, 0.5 * (size.high.z() - size.low.z())));
-  if (spectrum) {
-    const double share = share_between(spectrum, 0.5 / weather.loop.period, nyquist);
+  const double height = std::max(lowest_spectrum_height, 0.5 * height_of(subject.structure));
+  const auto at_height = [&](double frequency) { return weather.wind.spectrum(height, frequency); };
+  if (weather.wind.spectrum) {
+    const double share = share_between(at_height, 0.5 / weather.loop.period, nyquist);
     if (share < 0.3) {
       lines.push_back(
           print("%.0f %% of the variance of the wind is faster than the loop of %.3g s and seen as "
@@ -65,7 +61,7 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
                 100 * share, weather.loop.period));
     }
   }
-  const double intensity = at_reference_height(weather.wind).intensity.value_or(0);
+  const double intensity = weather.wind.reference.intensity.value_or(0);
   if (intensity > 0.4) {
     lines.push_back(print(
         "a turbulence intensity of %.2g is beyond what loads linear in the gusts describe (0.4)", intensity));

@@ -2,14 +2,14 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
-#include "tremula/geometry/skeleton_checks.hpp"
-#include "tremula/numerics/fft.hpp"
+#include "tremula/dynamics/response.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
 #include <string>
+#include <utility>
 
 namespace tremula {
 namespace {
@@ -18,10 +18,7 @@ void tell(const Progress& progress, std::string_view stage, double done = 0) {
   if (progress) progress(stage, done);
 }
 
-// Heights count from the ground, which lies at the lowest root.
-Eigen::Matrix3Xd above_ground(const Skeleton& skeleton, Eigen::Matrix3Xd points) {
-  double ground = skeleton.roots.front().z();
-  for (const Vec3& root : skeleton.roots) ground = std::min(ground, root.z());
+Eigen::Matrix3Xd above(double ground, Eigen::Matrix3Xd points) {
   points.row(2).array() -= ground;
   return points;
 }
@@ -39,68 +36,84 @@ void check_loop(const TimeAxis& loop) {
 }
 
 // What numbers cannot hold must not leave as a motion.
-void check_finite(const Motion& motion, const Modes& modes) {
-  if (motion.lean.allFinite() && motion.coordinates.allFinite()) return;
+void check_finite(const Motion& motion) {
+  const bool lean = motion.basis.columns.allFinite();
+  if (lean && motion.coordinates.allFinite()) return;
+  const auto frequency = motion.basis.frequency.segment(1, motion.basis.count(ShapeKind::mode));
   char text[160];
   std::snprintf(
       text, sizeof text,
       "response: the %s of modes from %.3g to %.3g Hz in a loop of %.3g s is beyond what numbers hold",
-      motion.lean.allFinite() ? "motion" : "lean", modes.frequency.minCoeff(), modes.frequency.maxCoeff(),
-      motion.period);
+      lean ? "motion" : "lean", frequency.minCoeff(), frequency.maxCoeff(), motion.period);
   throw Error(text);
+}
+
+Subject bake(const Structure& structure, const ModeOptions& options, const Progress& progress) {
+  tell(progress, "modes");
+  return {structure, solve_modes(structure, options)};
+}
+
+// Modes and static shapes as the wind drives and damps them.
+ModalSystem modal_system(const Basis& basis, const Sites& sites, const Loads& loads, const Damping& damping) {
+  const int static_count = basis.count(ShapeKind::static_shape), mode_count = basis.count(ShapeKind::mode);
+  const Eigen::VectorXd omega = 2 * std::numbers::pi * basis.frequency.tail(mode_count + static_count);
+  ModalSystem system{.omega = omega,
+                     .damping = structural_damping(damping, omega.head(mode_count)).asDiagonal(),
+                     .static_count = static_count};
+  if (damping.aerodynamic)
+    system.damping += aerodynamic_damping(sites, loads, basis.columns.middleCols(1, mode_count));
+  return system;
 }
 
 }  // namespace
 
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress) {
-  check_skeleton(skeleton, "skeleton", {.leaves_without_size = true});
   tell(progress, "structure");
-  const Structure structure = assemble(skeleton, options.structure);
-  tell(progress, "modes");
-  const Modes modes = solve_modes(structure, options.modes);
-  return {skeleton, structure, modes};
+  return bake(assemble(skeleton, options.structure), options.modes, progress);
+}
+
+Subject bake(const Frame& frame, const BakeOptions& options, const Progress& progress) {
+  tell(progress, "structure");
+  return bake(assemble(frame, options.frame), options.modes, progress);
 }
 
 Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress,
                      std::vector<std::string>* warnings) {
-  check_skeleton(subject.skeleton, "skeleton of the subject", {.leaves_without_size = true});
-  check_equal("branches of the structure", subject.structure.branch_count(), subject.skeleton.branch_count());
-  check_equal("rows of the mode shapes", subject.modes.shapes.rows(), subject.structure.size());
-  check_equal("columns of the mode shapes", subject.modes.shapes.cols(), subject.modes.count());
+  return set_in_motion(subject.structure, subject.modes, weather, progress, warnings);
+}
+
+Motion set_in_motion(const Structure& structure, Modes modes, const Weather& weather,
+                     const Progress& progress, std::vector<std::string>* warnings) {
+  check_at_least("rows of the structure", structure.size(), 1);
+  check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
+  check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
   check_loop(weather.loop);
-  const Structure& structure = subject.structure;
-  const Modes& modes = subject.modes;
 
   tell(progress, "wind");
-  const Eigen::Matrix3Xd points = above_ground(subject.skeleton, load_points(subject.skeleton));
-  PointWind wind = wind_at_points(weather.wind, weather.loop, points);
-  const Transfer transfer = wind.has_draws ? weather.transfer : Transfer::sampled;
-  // Sampled as the papers have it, a loop has no mean but the lean.
-  if (transfer == Transfer::sampled && wind.power) wind.has_slow_gusts = false;
+  const Sites sites = structure.find_sites();
+  const double ground = weather.ground.value_or(ground_height(structure));
+  const PointWind wind = wind_at_points(weather.wind, weather.loop, above(ground, sites.points));  // m/s
   if (warnings) *warnings = wind.warnings;
 
   tell(progress, "loads");
-  Loads loads = linearise_loads(subject.skeleton, structure, wind.mean, weather.loads);
-  Motion motion{.period = weather.loop.period, .coordinates = {}, .lean = {}};
-  motion.lean = lean_and_reconfigure(structure, weather.reconfiguration, loads);
-  motion.static_shapes.shapes.resize(structure.size(), 0);
-  if (weather.static_correction) motion.static_shapes = static_shapes(structure, loads, modes);
-  Eigen::MatrixXd participation(3 * points.cols(), modes.count() + motion.static_shapes.count());
-  participation << modal_participation(structure, loads, modes.shapes),
-      modal_participation(structure, loads, motion.static_shapes.shapes);
+  Loads straight = linearise_loads(sites, wind.mean, weather.loads);                            // N, N s/m
+  const Lean lean = find_lean(structure, sites, std::move(straight), weather.reconfiguration);  // m, rad; N
+  const StaticShapes more = weather.static_correction
+                                ? static_shapes(structure, sites, lean.loads, modes)
+                                : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
+  Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
+  const auto moving = basis.columns.rightCols(basis.count() - 1);
+  const Eigen::MatrixXd participation = modal_participation(sites, lean.loads, moving);  // sqrt(kg)/s
+  const ModalSystem system = modal_system(basis, sites, lean.loads, weather.damping);    // rad/s, 1/s
 
   tell(progress, "response");
-  ModalSystem system{.omega = Eigen::VectorXd(participation.cols()),
-                     .damping = structural_damping(weather.damping, modes.omega()).asDiagonal(),
-                     .static_count = motion.static_shapes.count()};
-  system.omega << modes.omega(), 2 * std::numbers::pi * motion.static_shapes.frequency;
-  if (weather.damping.aerodynamic)
-    system.damping += aerodynamic_damping(subject.skeleton, structure, loads, modes.shapes);
-  const Eigen::MatrixXcd coordinates =
-      respond(BinTransfer(system, weather.loop, transfer, wind.power), participation, weather.loop, wind,
-              [&](double done) { tell(progress, "response", done); });
-  motion.coordinates = samples_from_half_spectra(coordinates, weather.loop.sample_count);
-  check_finite(motion, modes);
+  const BinTransfer transfer(system, weather.loop, wind.has_draws ? weather.transfer : Transfer::sampled,
+                             wind.power);
+  const Eigen::MatrixXcd spectra = respond(transfer, participation, weather.loop, wind, [&](double done) {
+    tell(progress, "response", done);
+  });  // m sqrt(kg)
+  const Motion motion = make_motion(std::move(basis), weather.loop, spectra);
+  check_finite(motion);
   return motion;
 }
 

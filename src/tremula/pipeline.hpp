@@ -2,18 +2,19 @@
 // the motion vary. pipeline.cpp is the whole story.
 #pragma once
 
+#include "tremula/dynamics/damping.hpp"
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
 #include "tremula/dynamics/reconfiguration.hpp"
-#include "tremula/dynamics/response.hpp"
-#include "tremula/dynamics/static_correction.hpp"
+#include "tremula/dynamics/transfer.hpp"
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/modes/solve_modes.hpp"
 #include "tremula/structure/structure.hpp"
 #include "tremula/wind/point_wind.hpp"
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,19 +26,21 @@ namespace tremula {
 using Progress = std::function<void(std::string_view stage, double done)>;
 
 struct BakeOptions {
-  StructureOptions structure = {};
+  StructureOptions structure = {};  // of a tree
+  FrameOptions frame = {};
   ModeOptions modes{.count = 20};
 };
 
-// A plant and how it can vibrate.
+// What vibrates, and how it can.
 struct Subject {
-  Skeleton skeleton;
   Structure structure;
   Modes modes;
 };
 
 struct Weather {
   Wind wind = turbulent_wind({}, 0.2);
+  std::optional<double> ground =
+      {};  // heights count from here [m]; not given: from the lowest node that is held
   LoadOptions loads = {};
   Reconfiguration reconfiguration = {};
   Damping damping = {};
@@ -46,12 +49,13 @@ struct Weather {
   TimeAxis loop{.period = 20, .sample_count = 600};
 };
 
-// Throws InputError for a skeleton that check_skeleton does not pass and for options out of range (see the
-// stages).
+// Throws InputError for a skeleton or a frame that assemble does not take and for options out of range (see
+// the stages).
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress = {});
+Subject bake(const Frame& frame, const BakeOptions& options, const Progress& progress = {});
 
 // What the user should know about a loop: modes above its highest frequency, wind that it is too short for,
-// turbulence too large for linear loads, branches stretched by more than 5 %. A line each.
+// turbulence too large for linear loads, members stretched by more than 5 %. A line each.
 std::vector<std::string> advice(const Subject& subject, const Weather& weather,
                                 const MotionStatistics& statistics);
 
@@ -59,5 +63,8 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
 // line each. Throws InputError for settings out of range, and for a subject whose parts do not fit together.
 Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress = {},
                      std::vector<std::string>* warnings = nullptr);
+// The same for whoever can spare the modes: their shapes go into the motion and are not held twice.
+Motion set_in_motion(const Structure& structure, Modes modes, const Weather& weather,
+                     const Progress& progress = {}, std::vector<std::string>* warnings = nullptr);
 
 }  // namespace tremula

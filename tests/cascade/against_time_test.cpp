@@ -7,14 +7,10 @@
 #include <string>
 
 #include "trees.hpp"
-#include "tremula/dynamics/damping.hpp"
-#include "tremula/dynamics/loads.hpp"
-#include "tremula/dynamics/response.hpp"
-#include "tremula/dynamics/time_integration.hpp"
-#include "tremula/dynamics/transfer.hpp"
 #include "tremula/modes/solve_modes.hpp"
-#include "tremula/numerics/fft.hpp"
-#include "tremula/structure/sparse_matrices.hpp"
+#include "tremula/pipeline.hpp"
+#include "tremula/reference/newmark.hpp"
+#include "tremula/reference/sparse_matrices.hpp"
 #include "tremula/wind/stam_wind.hpp"
 
 namespace tremula {
@@ -42,59 +38,62 @@ Skeleton leafy_tree() {
 
 struct Tree {
   Structure structure;
+  Sites sites;
   SparseMatrices matrices;
   Loads loads;
-  Modes modes;             // all 6N
-  Eigen::MatrixXcd winds;  // (3N x M/2+1) Fourier coefficients of one realisation
+  Modes modes;  // all 6N
+  Eigen::Matrix3Xd mean_wind;
+  Eigen::MatrixXcd winds;  // (3N x M/2+1) Fourier coefficients of one realisation, none slower than the loop
   Eigen::VectorXd mean;    // (6N) force of the mean wind
 };
 
 Tree in_the_wind(const Skeleton& skeleton) {
   Tree tree;
   tree.structure = assemble(skeleton, {});
-  tree.matrices = assemble_sparse(tree.structure);
+  tree.sites = tree.structure.find_sites();
+  tree.matrices = assemble_sparse(assemble_tree(skeleton, {}));
   tree.modes = solve_modes(tree.structure, {.count = all_modes});
   const StamWind wind{.mean = {.speed = 7, .heading = 30}, .turbulence_intensity = 0.25, .seed = 11};
-  const Eigen::Matrix3Xd points = load_points(skeleton);
-  Eigen::Matrix3Xd mean_wind(3, points.cols());
+  const Eigen::Matrix3Xd& points = tree.sites.points;
+  tree.mean_wind.resize(3, points.cols());
   for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    mean_wind.col(k) = mean_speed(wind.mean, points(2, k)) * heading_direction(wind.mean);
+    tree.mean_wind.col(k) = mean_speed(wind.mean, points(2, k)) * heading_direction(wind.mean);
   }
-  tree.loads = linearise_loads(skeleton, tree.structure, mean_wind);
-  tree.mean = mean_force(tree.structure, tree.loads);
+  tree.loads = linearise_loads(tree.sites, tree.mean_wind);
+  tree.mean = mean_force(tree.sites, tree.loads);
   const StamWindAtPoints gusts(wind, loop, points);
   tree.winds.resize(3 * points.cols(), loop.bin_count());
-  for (int bin = 0; bin < loop.bin_count(); ++bin) tree.winds.col(bin) = gusts.velocity(bin).reshaped();
+  tree.winds.col(0).setZero();
+  for (int bin = 1; bin < loop.bin_count(); ++bin) tree.winds.col(bin) = gusts.velocity(bin).reshaped();
   return tree;
 }
 
-Eigen::MatrixXcd modal_forces(const Tree& tree, const Eigen::MatrixXd& shapes) {
-  return project_loads(modal_participation(tree.structure, tree.loads, shapes), loop, [&](int bin) {
-    return Eigen::Matrix3Xcd(tree.winds.col(bin).reshaped(3, tree.winds.rows() / 3));
-  });
+// What blows through the tree, as a wind of its own.
+Wind wind_of(const Tree& tree) {
+  Wind wind;
+  wind.at_points = [mean = tree.mean_wind, winds = tree.winds](const TimeAxis&, const Eigen::Matrix3Xd&) {
+    return PointWind{
+        .mean = mean,
+        .velocity = [winds](int bin,
+                            int) { return Eigen::Matrix3Xcd(winds.col(bin).reshaped(3, winds.rows() / 3)); },
+        .has_draws = false,
+        .has_slow_gusts = false};
+  };
+  return wind;
 }
 
-// Displacement (6N x M) over the loop the way the cascade goes: modes, modal loads, S eq. 7, inverse FFT.
+// Displacement (6N x M) over the loop by the cascade, with the lowest modes alone.
 Eigen::MatrixXd synthesised(const Tree& tree, const Damping& damping, Eigen::Index mode_count) {
-  Modes modes = tree.modes;
-  modes.frequency.conservativeResize(mode_count);
-  modes.shapes.conservativeResize(Eigen::NoChange, mode_count);
-  const Motion motion = respond(modes, modal_forces(tree, modes.shapes), loop, damping,
-                                solve_static(tree.structure, tree.mean));
-  return (modes.shapes * motion.coordinates.transpose()).colwise() + motion.lean;
-}
-
-// With all modes and damping between them (6N x 6N).
-Eigen::MatrixXd synthesised_coupled(const Tree& tree, const Eigen::MatrixXd& modal_damping) {
-  const ModalSystem system{tree.modes.omega(), modal_damping};
-  Eigen::MatrixXcd coordinates = modal_forces(tree, tree.modes.shapes);
-  for (int bin = 0; bin < loop.bin_count(); ++bin) {
-    const Eigen::VectorXcd force = coordinates.row(bin).transpose();
-    coordinates.row(bin) = (transfer_function(system, loop.omega(bin)) * force).transpose();
-  }
-  return (tree.modes.shapes * samples_from_half_spectra(coordinates, loop.sample_count).transpose())
-             .colwise() +
-         solve_static(tree.structure, tree.mean);
+  Subject subject{tree.structure, tree.modes};
+  subject.modes.frequency.conservativeResize(mode_count);
+  subject.modes.shapes.conservativeResize(Eigen::NoChange, mode_count);
+  const Motion motion = set_in_motion(subject, {.wind = wind_of(tree),
+                                                .reconfiguration = {.angle = 0},
+                                                .damping = damping,
+                                                .transfer = Transfer::sampled,
+                                                .static_correction = false,
+                                                .loop = loop});
+  return motion.basis.columns * motion.coordinates.transpose();
 }
 
 // The same in time: no modes, no FFT; the nodal force between the samples is that of the trigonometric sum.
@@ -106,8 +105,8 @@ PeriodicResponse integrated(const Tree& tree, const Eigen::SparseMatrix<double>&
     const Eigen::Matrix3Xcd wind = tree.winds.col(bin).reshaped(3, tree.winds.rows() / 3);
     // Bins -p and p together; bin 0 and the one at the Nyquist frequency stand for themselves.
     const double both = bin == 0 || 2 * bin == loop.sample_count ? 1 : 2;
-    coefficients.col(2 * bin) = both * fluctuating_force(tree.structure, tree.loads, wind.real());
-    coefficients.col(2 * bin + 1) = -both * fluctuating_force(tree.structure, tree.loads, wind.imag());
+    coefficients.col(2 * bin) = both * fluctuating_force(tree.sites, tree.loads, wind.real());
+    coefficients.col(2 * bin + 1) = -both * fluctuating_force(tree.sites, tree.loads, wind.imag());
   }
   Eigen::VectorXd waves(2 * bins);
   const auto force = [&](double time) -> Eigen::VectorXd {
@@ -148,7 +147,8 @@ TEST(AgainstTime, TheSynthesisedLoopIsTheOneThatTimeIntegrationSettlesInto) {
     for (const bool by_ratio : {true, false}) {
       const std::string name =
           std::string(leafy ? "leafy" : "bare") + " tree, damping by " + (by_ratio ? "ratio" : "mass");
-      const Damping damping = by_ratio ? Damping{.ratio = ratio} : Damping{.mass_proportional = alpha};
+      const Damping damping = by_ratio ? Damping{.ratio = ratio, .aerodynamic = false}
+                                       : Damping{.mass_proportional = alpha, .aerodynamic = false};
       const PeriodicResponse truth =
           integrated(tree,
                      by_ratio ? modal_damping(tree, 2 * ratio * tree.modes.omega())
@@ -168,24 +168,20 @@ TEST(AgainstTime, TheSynthesisedLoopIsTheOneThatTimeIntegrationSettlesInto) {
 
 TEST(AgainstTime, DampedByTheWindToo) {
   for (const bool leafy : {false, true}) {
-    const Skeleton skeleton = leafy ? leafy_tree() : bare_tree();
-    const Tree tree = in_the_wind(skeleton);
-    const auto damping_of_shapes = [&](const Eigen::MatrixXd& shapes) {
-      return aerodynamic_damping(skeleton, tree.structure, tree.loads, shapes);
-    };
+    const Tree tree = in_the_wind(leafy ? leafy_tree() : bare_tree());
     const Eigen::Index size = tree.structure.size();
     // Between the nodes: no modes in it.
     const Eigen::SparseMatrix<double> wind_damping =
-        damping_of_shapes(Eigen::MatrixXd::Identity(size, size)).sparseView();
+        aerodynamic_damping(tree.sites, tree.loads, Eigen::MatrixXd::Identity(size, size)).sparseView();
     const double alpha = 1.5;
     const Eigen::MatrixXd truth =
         integrated(tree, alpha * tree.matrices.mass + wind_damping, {.steps_per_sample = 64}).displacement;
-    const Eigen::MatrixXd of_all_modes = synthesised_coupled(
-        tree, alpha * Eigen::MatrixXd::Identity(size, size) + damping_of_shapes(tree.modes.shapes));
+    const Eigen::MatrixXd of_all_modes = synthesised(tree, {.mass_proportional = alpha}, size);
     const auto [translation, rotation] = disagreement(of_all_modes, truth);
     EXPECT_LT(translation, 0.01);
     EXPECT_LT(rotation, 0.01);
-    const Disagreement without = disagreement(synthesised(tree, {.mass_proportional = alpha}, size), truth);
+    const Disagreement without =
+        disagreement(synthesised(tree, {.mass_proportional = alpha, .aerodynamic = false}, size), truth);
     EXPECT_GT(without.translation, 0.05);
     std::printf(
         "%s tree, damping by mass and wind: %.3f %% of translations, %.3f %% of rotations; "
@@ -201,7 +197,7 @@ TEST(AgainstTime, ModesLeftOutAreMissed) {
   double last = 1;
   for (const int modes : {1, 2, 4}) {
     const auto [translation, rotation] =
-        disagreement(synthesised(tree, {.mass_proportional = 1.5}, modes), truth);
+        disagreement(synthesised(tree, {.mass_proportional = 1.5, .aerodynamic = false}, modes), truth);
     EXPECT_GT(std::min(translation, rotation), 0.02) << modes << " modes";
     EXPECT_LT(translation, last) << modes << " modes";
     last = translation;
@@ -210,7 +206,8 @@ TEST(AgainstTime, ModesLeftOutAreMissed) {
 
 TEST(AgainstTime, TheDifferenceIsThatOfTheStepAndNothingElse) {
   const Tree tree = in_the_wind(bare_tree());
-  const Eigen::MatrixXd loop_of_all = synthesised(tree, {.mass_proportional = 1.5}, tree.structure.size());
+  const Eigen::MatrixXd loop_of_all =
+      synthesised(tree, {.mass_proportional = 1.5, .aerodynamic = false}, tree.structure.size());
   const Eigen::SparseMatrix<double> damping = 1.5 * tree.matrices.mass;
   const auto difference = [&](int steps_per_sample) {
     return disagreement(

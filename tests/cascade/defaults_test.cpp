@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <variant>
 
 #include <gtest/gtest.h>
 
@@ -48,6 +47,9 @@ TEST(Defaults, OfTheSearchForModes) {
   EXPECT_EQ(BakeOptions{}.modes.count, 20);  // a choice: static shapes stand for the others
 }
 
+// What Weather{}.wind is made from; it shows only what it does.
+TurbulentWind default_wind() { return turbulent_wind({}, 0.2); }
+
 TEST(Defaults, OfTheWindAreGrassAndABreeze) {
   const MeanWind mean;
   EXPECT_EQ(mean.speed, 6);                // Beaufort 4, leaves and twigs move: a choice
@@ -58,7 +60,7 @@ TEST(Defaults, OfTheWindAreGrassAndABreeze) {
   EXPECT_EQ(mean.displacement, 0);
   EXPECT_EQ(mean.canopy_height, 0);
 
-  const auto wind = std::get<TurbulentWind>(Weather{}.wind);
+  const TurbulentWind wind = default_wind();
   // 0.2 at the reference height: sigma_u = 1.2 m/s, of which Simiu & Scanlan's spectrum makes u* =
   // sigma_u/sqrt(6).
   EXPECT_EQ(wind.spectrum.kind, SpectrumKind::simiu_scanlan);
@@ -72,6 +74,28 @@ TEST(Defaults, OfTheWindAreGrassAndABreeze) {
   EXPECT_EQ(StamWind{}.turbulence_intensity, 0.2);
   EXPECT_EQ(StamWind{}.correlation_time, 1);    // [s] a choice, S prints none
   EXPECT_EQ(StamWind{}.correlation_length, 4);  // [m] likewise, the size of a crown
+}
+
+TEST(Defaults, OfTheWeatherAreThatWindToTheLastBit) {
+  const Weather weather;
+  const Wind wanted = default_wind();
+  EXPECT_EQ(weather.wind.reference.speed, 6);
+  EXPECT_EQ(weather.wind.reference.height, 10);
+  EXPECT_EQ(weather.wind.reference.heading, wanted.reference.heading);
+  EXPECT_EQ(weather.wind.reference.intensity, wanted.reference.intensity);
+  EXPECT_NEAR(weather.wind.reference.intensity.value(), 0.2, 1e-12);
+  for (const double height : {0.5, 3.0, 10.0, 25.0}) {
+    for (const double frequency : {0.01, 0.3, 4.0})
+      EXPECT_EQ(weather.wind.spectrum(height, frequency), wanted.spectrum(height, frequency));
+  }
+  Eigen::Matrix3Xd points(3, 3);
+  points << 0, 1, 0.5, 0, 0.4, 3, 2, 9, 5;
+  const PointWind found = wind_at_points(weather.wind, weather.loop, points),
+                  expected = wind_at_points(wanted, weather.loop, points);
+  EXPECT_EQ(found.mean, expected.mean);
+  for (int bin = 0; bin < weather.loop.bin_count(); ++bin) {
+    for (const int draw : {0, 1}) EXPECT_EQ(found.velocity(bin, draw), expected.velocity(bin, draw)) << bin;
+  }
 }
 
 TEST(Defaults, OfTheLoadsAreAirOnCylindersAndFoldedLeaves) {
@@ -116,7 +140,7 @@ TEST(Defaults, AreWhatTheReportOfTheProgramShows) {
   EXPECT_TRUE(report["structure"]["root_translation_stiffness_n_m"].is_null());
 
   const Weather weather;
-  const auto wind = std::get<TurbulentWind>(weather.wind);
+  const TurbulentWind wind = default_wind();
   const auto& settings = report["settings"];
   EXPECT_EQ(settings["wind"], "turbulent");
   EXPECT_EQ(settings["wind_settings"]["spectrum"], "simiu-scanlan");
@@ -148,7 +172,7 @@ TEST(Defaults, GiveTheSameFrequenciesAndLeanFromTheLibraryAndFromTheProgram) {
   const auto report = nlohmann::json::parse(test::contents(folder / "report.json"));
   const Subject subject = bake(grow(parse_lsystem(find_preset("sapling").text, "sapling")).skeleton, {});
   const Motion motion = set_in_motion(subject, {});
-  const MotionStatistics statistics = motion_statistics(subject.structure, subject.modes, motion);
+  const MotionStatistics statistics = motion_statistics(subject.structure, motion);
   for (int r = 0; r < subject.modes.count(); ++r) {
     EXPECT_EQ(report["frequencies_hz"][static_cast<std::size_t>(r)], subject.modes.frequency[r]);
   }

@@ -17,9 +17,12 @@ namespace {
 using Eigen::Vector3f;
 using test::Glb;
 
+const LoopFacts facts{.name = "sapling", .frames_per_second = 30};
+
 // A sapling in a strong wind, on soft ground. Every vertex gets a branch of its own in the file, by which it
 // is known again.
 struct Plant {
+  Skeleton skeleton = grow(parse_lsystem(find_preset("sapling").text, "sapling")).skeleton;
   Subject subject;
   Motion motion;
   Surface surface, numbered;
@@ -28,22 +31,22 @@ struct Plant {
     BakeOptions options;
     options.structure.root.rotation = 2e4;
     options.modes.count = 20;
-    subject = bake(grow(parse_lsystem(find_preset("sapling").text, "sapling")).skeleton, options);
+    subject = bake(skeleton, options);
     Weather weather;
     weather.wind = turbulent_wind({.speed = 8}, 0.2);
     weather.loop = {20, 600};
     motion = set_in_motion(subject, weather);
-    surface = numbered = mesh_surface(subject.skeleton);
+    surface = numbered = mesh_surface(skeleton);
     for (std::size_t i = 0; i < surface.vertex_count(); ++i) numbered.branch[i] = static_cast<int>(i);
   }
 
   double height() const {
-    const Extent box = extent(subject.skeleton);
+    const Extent box = extent(skeleton);
     return box.high.z() - box.low.z();
   }
 
   MorphTargets morphs(MorphForm form) const {
-    return make_morph_targets(subject.skeleton, subject.structure, surface, subject.modes, motion, form);
+    return make_morph_targets(make_loop(subject.structure, surface, motion, facts), form);
   }
 };
 
@@ -97,8 +100,8 @@ Errors errors_of(const Glb& glb) {
   const std::vector<double> rest = glb.document["meshes"][0]["weights"];
   const std::vector<double> at_rest = leaf_angles(glb, play(glb, 1, rest));
   for (const double time : {0.0, 3.21, 8.05, 13.3333, 20.0}) {
-    const Displacement u = displacement_at(p.subject.modes, p.motion, time);
-    const SurfaceDelta delta = deform_surface(p.subject.skeleton, p.subject.structure, p.surface, u);
+    const Eigen::VectorXd u = displacement_at(p.motion, time);
+    const SurfaceDelta delta = deform_surface(p.subject.structure, p.surface, u);
     const std::vector<double> weights = weights_at(glb, time);
     for (const std::size_t part : {0U, 1U}) {
       const std::vector<double> branch = glb.numbers(glb.primitive(part)["attributes"]["_BRANCH"]);
@@ -122,15 +125,13 @@ Errors errors_of(const Glb& glb) {
   return errors;
 }
 
-const LoopInfo info{.name = "sapling", .frames_per_second = 30};
-
 // What the leaves turn by, for scale: an error of all of it is what normals that are not turned would give.
 double largest_turn() {
   const Plant& p = plant();
   double largest = 0;
   for (const double time : {0.0, 3.21, 8.05, 13.3333, 20.0}) {
-    const SurfaceDelta delta = deform_surface(p.subject.skeleton, p.subject.structure, p.surface,
-                                              displacement_at(p.subject.modes, p.motion, time));
+    const SurfaceDelta delta =
+        deform_surface(p.subject.structure, p.surface, displacement_at(p.motion, time));
     for (const Vector3f& turn : delta.normal) largest = std::max<double>(largest, turn.norm());
   }
   return largest;
@@ -144,7 +145,7 @@ TEST_P(GlbOfForm, PlaysThePosesToATenThousandthOfTheHeight) {
   const MorphTargets morphs = plant().morphs(GetParam());
   for (const MeshCompression compression :
        {MeshCompression::none, MeshCompression::quantised, MeshCompression::meshopt}) {
-    const Glb glb(encode_glb(plant().numbered, morphs, info, {.compression = compression}));
+    const Glb glb(encode_glb(plant().numbered, morphs, facts, {.compression = compression}));
     const Errors errors = errors_of(glb);
     EXPECT_LT(errors.position, 1e-4 * plant().height());
     EXPECT_LT(errors.normal_rms, 0.01);
@@ -157,7 +158,7 @@ TEST_P(GlbOfForm, PlaysThePosesToATenThousandthOfTheHeight) {
 TEST_P(GlbOfForm, EveryCompressionTakesMuchOfTheSize) {
   const MorphTargets morphs = plant().morphs(GetParam());
   const auto size = [&](MeshCompression compression) {
-    return encode_glb(plant().surface, morphs, info, {.compression = compression}).size();
+    return encode_glb(plant().surface, morphs, facts, {.compression = compression}).size();
   };
   const std::size_t quantised = size(MeshCompression::quantised);
   EXPECT_LT(1.6 * static_cast<double>(quantised), size(MeshCompression::none));
@@ -165,8 +166,8 @@ TEST_P(GlbOfForm, EveryCompressionTakesMuchOfTheSize) {
 }
 
 TEST(Glb, ABiasedPlantHasOneTargetAModeAndWeightsThatBlenderKeeps) {
-  const Glb glb(encode_glb(plant().surface, plant().morphs(MorphForm::biased), info));
-  const std::size_t shapes = 1 + 20 + std::size_t(plant().motion.static_shapes.count());
+  const Glb glb(encode_glb(plant().surface, plant().morphs(MorphForm::biased), facts));
+  const std::size_t shapes = 1 + 20 + std::size_t(plant().motion.basis.count(ShapeKind::static_shape));
   EXPECT_EQ(glb.primitive(0)["targets"].size(), shapes);
   const std::vector<double> weights = glb.numbers(glb.document["animations"][0]["samplers"][0]["output"]);
   EXPECT_EQ(*std::min_element(weights.begin(), weights.end()), 0);

@@ -51,9 +51,9 @@ TEST(Usage, WhatIsMisspeltIsGuessed) {
 }
 
 TEST(Usage, EveryMessageNamesTheFlag) {
-  expect_refused("modes oak --count", {"--count: no value, wanted a number"});
-  expect_refused("modes oak --count abc", {"--count: 'abc', wanted a whole number"});
-  expect_refused("modes oak --count 3 --count 4", {"--count: given 2 times, wanted once"});
+  expect_refused("modes oak --modes", {"--modes: no value, wanted a number"});
+  expect_refused("modes oak --modes abc", {"--modes: 'abc', wanted a whole number"});
+  expect_refused("modes oak --modes 3 --count 4", {"--modes: given 2 times, wanted once"});
   expect_refused("modes oak --up-to 1e300", {"--up-to: '1e300', wanted 1e-09 to 1e+09 Hz"});
   expect_refused("modes oak --max-memory -1", {"--max-memory: '-1', wanted bytes"});
   expect_refused("modes oak --no-rotatory-inertia=maybe", {"--no-rotatory-inertia", "'maybe'"});
@@ -99,7 +99,7 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
   expect_refused(animate + "--canopy-decay 3", {"--canopy-decay", "--canopy-height"});
   expect_refused(animate + "--loads paper --leaf-drag-coefficient 1",
                  {"--leaf-drag-coefficient: given with --loads paper"});
-  expect_refused("modes oak --count 3 --up-to 5", {"--count: given with --up-to"});
+  expect_refused("modes oak --count 3 --up-to 5", {"--modes: given with --up-to"});
   expect_refused("modes stam-17 --method dense --tolerance 1e-9", {"--tolerance: given with --method dense"});
   expect_refused("grow --list --seed 3", {"--seed: given with --list"});
 }

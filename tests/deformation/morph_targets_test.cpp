@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 #include "trees.hpp"
@@ -36,7 +37,6 @@ struct Case {
   Skeleton skeleton = test::random_tree(12, 3);
   Surface surface;
   Structure structure = assemble(skeleton, {});
-  Modes modes;
   Motion motion;
 
   explicit Case(int mode_count = 4, int sample_count = 30) {
@@ -50,26 +50,28 @@ struct Case {
         surface.along.push_back(static_cast<float>(s));
       }
     }
-    const Eigen::Index rows = 6 * skeleton.branch_count();
+    const Eigen::Index rows = structure.size();
+    Modes modes;
     modes.frequency = Eigen::VectorXd::LinSpaced(mode_count, 0.5716, 3);
     modes.shapes = 0.01 * random_matrix(rows, mode_count, 0);
     motion.period = 7.3;
-    motion.coordinates = 3 * random_matrix(sample_count, mode_count, 1);
-    motion.lean = 0.02 * random_matrix(rows, 1, 2);
+    motion.basis = join(0.02 * random_matrix(rows, 1, 2), modes, {});
+    motion.coordinates = Eigen::MatrixXd::Ones(sample_count, 1 + mode_count);
+    motion.coordinates.rightCols(mode_count) = 3 * random_matrix(sample_count, mode_count, 1);
   }
 
   // The last mode turned into a static shape: the same motion by another name.
   Case& with_static_shape() {
-    const Eigen::Index last = modes.count() - 1;
-    motion.static_shapes = {modes.frequency.tail(1), modes.shapes.rightCols(1)};
-    modes.frequency.conservativeResize(last);
-    modes.shapes.conservativeResize(Eigen::NoChange, last);
+    motion.basis.kind.back() = ShapeKind::static_shape;
     return *this;
   }
 
-  MorphTargets morphs(MorphForm form) const {
-    return make_morph_targets(skeleton, structure, surface, modes, motion, form);
-  }
+  int mode_count() const { return motion.basis.count(ShapeKind::mode); }
+  auto mode(int r) { return motion.coordinates.col(1 + r); }
+  auto mode(int r) const { return motion.coordinates.col(1 + r); }
+
+  Loop loop() const { return make_loop(structure, surface, motion, {}); }
+  MorphTargets morphs(MorphForm form) const { return make_morph_targets(loop(), form); }
 };
 
 constexpr std::array all_forms{MorphForm::signed_weights, MorphForm::biased, MorphForm::paired};
@@ -93,8 +95,7 @@ double worst_error(const Case& c, const MorphTargets& morphs) {
   double worst = 0, largest = 0;
   for (int i = 0; i < 400; ++i) {
     const double time = c.motion.period * (random_number(3, i) + 1) / 2;
-    const SurfaceDelta wanted =
-        deform_surface(c.skeleton, c.structure, c.surface, displacement_at(c.modes, c.motion, time));
+    const SurfaceDelta wanted = deform_surface(c.structure, c.surface, displacement_at(c.motion, time));
     const std::vector<double> weights = play(morphs, time);
     for (std::size_t v = 0; v < c.surface.vertex_count(); ++v) {
       Vec3 moved = Vec3::Zero(), turned = Vec3::Zero();
@@ -184,7 +185,7 @@ TEST(MorphTargets, WeightsOfAModeSpanOne) {
       EXPECT_LE(weight, 1);
       EXPECT_FALSE(weight == 0 && std::signbit(weight));
     }
-    for (int mode = 0; mode < c.modes.count(); ++mode) {
+    for (int mode = 0; mode < c.mode_count(); ++mode) {
       float low = 1, high = -1;
       for (std::size_t k = 0; k < morphs.key_count(); ++k) {
         float sum = 0;
@@ -227,8 +228,8 @@ TEST(MorphTargets, SampledKeysHoldTheSamples) {
   const Case c;
   const MorphTargets morphs = c.morphs(MorphForm::signed_weights);
   ASSERT_EQ(morphs.key_count(), 31U);
-  for (int mode = 0; mode < c.modes.count(); ++mode) {
-    const Eigen::VectorXd y = c.motion.coordinates.col(mode);
+  for (int mode = 0; mode < c.mode_count(); ++mode) {
+    const Eigen::VectorXd y = c.mode(mode);
     const double span = y.maxCoeff() - y.minCoeff();
     for (int p = 0; p < 30; ++p) {
       EXPECT_EQ(morphs.weight(static_cast<std::size_t>(p), static_cast<std::size_t>(mode) + 1),
@@ -245,12 +246,12 @@ std::vector<std::string> names(const MorphTargets& morphs) {
 
 TEST(MorphTargets, BiasedWeightsSpanZeroToOneAroundTheirRest) {
   Case c(3);
-  c.motion.coordinates.col(1) = c.motion.coordinates.col(1).cwiseAbs();   // rests at one end
-  c.motion.coordinates.col(2) = -c.motion.coordinates.col(2).cwiseAbs();  // and at the other
+  c.mode(1) = c.mode(1).cwiseAbs();   // rests at one end
+  c.mode(2) = -c.mode(2).cwiseAbs();  // and at the other
   const MorphTargets morphs = c.morphs(MorphForm::biased);
   ASSERT_EQ(morphs.target_count(), 4U);
   EXPECT_EQ(morphs.targets[0].rest, 0);
-  const double low = c.motion.coordinates.col(0).minCoeff(), high = c.motion.coordinates.col(0).maxCoeff();
+  const double low = c.mode(0).minCoeff(), high = c.mode(0).maxCoeff();
   EXPECT_EQ(morphs.targets[1].rest, static_cast<float>(-low / (high - low)));
   EXPECT_EQ(morphs.targets[2].rest, 0);
   EXPECT_EQ(morphs.targets[3].rest, 1);
@@ -269,7 +270,7 @@ TEST(MorphTargets, TakeTheFootOfAStemOnASpringAlong) {
   EXPECT_EQ(c.morphs(MorphForm::paired).shapes[0].position[0].norm(), 0);
   c.structure = assemble(c.skeleton, {.root = {.rotation = 1e4}});
   const MorphTargets morphs = c.morphs(MorphForm::paired);
-  const SurfaceDelta lean = deform_surface(c.skeleton, c.structure, c.surface, c.motion.lean);
+  const SurfaceDelta lean = deform_surface(c.structure, c.surface, lean_of(c.motion.basis));
   EXPECT_EQ(morphs.shapes[0].position, lean.position);
   EXPECT_GT(lean.position[0].norm(), 1e-5F);  // turned with the foot
 }
@@ -295,8 +296,8 @@ TEST(MorphTargets, NamesSortInTheOrderOfTheModes) {
 
 TEST(MorphTargets, WhatDoesNotMoveGetsNone) {
   Case c(3);
-  c.motion.coordinates.col(1).setZero();
-  c.motion.lean.setZero();
+  c.mode(1).setZero();
+  c.motion.basis.columns.col(0).setZero();
   const MorphTargets morphs = c.morphs(MorphForm::signed_weights);
   ASSERT_EQ(morphs.target_count(), 2U);
   EXPECT_EQ(morphs.targets[0].kind, ShapeKind::mode);
@@ -305,14 +306,14 @@ TEST(MorphTargets, WhatDoesNotMoveGetsNone) {
   EXPECT_LT(worst_error(c, morphs), float_error);
   EXPECT_EQ(morphs.frequencies.size(), 3U);
 
-  c.motion.coordinates.setZero();
+  c.motion.coordinates.rightCols(3).setZero();
   EXPECT_EQ(c.morphs(MorphForm::paired).target_count(), 0U);
 }
 
 TEST(MorphTargets, AModeThatBendsOneWayOnlyGetsOneOfThePair) {
   Case c(2);
-  c.motion.coordinates.col(0) = c.motion.coordinates.col(0).cwiseAbs();
-  c.motion.coordinates.col(1) = -c.motion.coordinates.col(1).cwiseAbs();
+  c.mode(0) = c.mode(0).cwiseAbs();
+  c.mode(1) = -c.mode(1).cwiseAbs();
   const MorphTargets morphs = c.morphs(MorphForm::paired);
   EXPECT_THAT(names(morphs), ElementsAre("mean lean", "mode 01 0.572 Hz +", "mode 02 3.000 Hz -"));
   EXPECT_LT(worst_error(c, morphs), float_error);
@@ -320,51 +321,122 @@ TEST(MorphTargets, AModeThatBendsOneWayOnlyGetsOneOfThePair) {
 
 TEST(MorphTargets, CrossingsAtOneInstantShareAKey) {
   Case c(2, 4);
-  c.motion.coordinates.col(0) << 1, -1, -1, 1;
-  c.motion.coordinates.col(1) << -2, 2, 2, 3;
+  c.mode(0) << 1, -1, -1, 1;
+  c.mode(1) << -2, 2, 2, 3;
   const MorphTargets morphs = c.morphs(MorphForm::paired);
   // Samples 0 … 4, both modes half way to sample 1, the first half way to 3, the second on its way back to 0.
   EXPECT_EQ(morphs.key_count(), 5U + 3U);
   EXPECT_LT(worst_error(c, morphs), float_error);
 }
 
+std::string message_of(const std::function<void()>& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
 TEST(MorphTargets, StagesThatDoNotFitAreRejected) {
-  const auto message = [](const auto& spoil) -> std::string {
+  const auto message = [](const auto& spoil) {
     Case c;
     spoil(c);
-    try {
-      c.morphs(MorphForm::paired);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "accepted";
+    return message_of([&] { c.morphs(MorphForm::paired); });
   };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(message([](Case&) {}), "accepted");
-  EXPECT_THAT(message([](Case& c) { c.motion.coordinates.conservativeResize(30, 3); }),
-              HasSubstr("number of modes is 3, wanted 4"));
-  EXPECT_THAT(message([](Case& c) { c.modes.shapes.conservativeResize(66, 4); }),
-              HasSubstr("rows of mode shapes is 66, wanted 72"));
-  EXPECT_THAT(message([](Case& c) { c.motion.lean.conservativeResize(6); }),
-              HasSubstr("lean is 6, wanted 72"));
-  EXPECT_THAT(message([](Case& c) { c.motion.coordinates.resize(0, 4); }), HasSubstr("no samples"));
-  EXPECT_THAT(message([](Case& c) { c.structure.parent.pop_back(); }),
-              HasSubstr("structure's number of branches is 11, wanted 12"));
-  EXPECT_THAT(message([](Case& c) { c.surface.branch[5] = 12; }), HasSubstr("branch of a vertex is 12"));
-  EXPECT_THAT(
-      message([](Case& c) { c.with_static_shape().motion.static_shapes.shapes.conservativeResize(6, 1); }),
-      HasSubstr("rows of static shapes is 6, wanted 72"));
-  EXPECT_THAT(message([&](Case& c) { c.motion.coordinates(3, 2) = nan; }), HasSubstr("not finite"));
-  EXPECT_THAT(message([&](Case& c) { c.motion.lean(3) = nan; }), HasSubstr("not finite"));
+  EXPECT_THAT(message([](Case& c) { c.motion.coordinates.conservativeResize(30, 4); }),
+              HasSubstr("columns of the coordinates: 4, wanted 5"));
+  EXPECT_THAT(message([](Case& c) { c.motion.basis.columns.conservativeResize(66, 5); }),
+              HasSubstr("rows of the motion: 66, wanted 72"));
+  EXPECT_THAT(message([](Case& c) { c.motion.basis.columns.conservativeResize(72, 4); }),
+              HasSubstr("columns of the basis: 4, wanted 5"));
+  EXPECT_THAT(message([](Case& c) { c.motion.basis.frequency.conservativeResize(4); }),
+              HasSubstr("kinds of the shapes: 5, wanted 4"));
+  EXPECT_THAT(message([](Case& c) { c.with_static_shape().motion.basis.kind.pop_back(); }),
+              HasSubstr("kinds of the shapes: 4, wanted 5"));
+  EXPECT_THAT(message([](Case& c) { c.motion.coordinates.resize(0, 5); }),
+              HasSubstr("samples of the motion: 0"));
+  EXPECT_THAT(message([](Case& c) { c.structure = assemble(test::random_tree(11, 3), {}); }),
+              HasSubstr("rows of the motion: 72, wanted 66"));
+  EXPECT_THAT(message([](Case& c) { c.surface.branch[5] = 12; }), HasSubstr("branch of a vertex: 12"));
+  EXPECT_THAT(message([](Case& c) { c.motion.coordinates(3, 2) = nan; }), HasSubstr("not finite"));
+  EXPECT_THAT(message([](Case& c) { c.motion.basis.columns(3, 0) = nan; }), HasSubstr("not finite"));
+  EXPECT_THAT(message([](Case& c) { c.motion.basis.columns(3, 2) = nan; }), HasSubstr("not finite"));
   EXPECT_THAT(message([](Case& c) { c.motion.period = 0; }), HasSubstr("period"));
-  EXPECT_THAT(message([&](Case& c) { c.motion.period = nan; }), HasSubstr("period"));
+  EXPECT_THAT(message([](Case& c) { c.motion.period = nan; }), HasSubstr("period"));
+}
+
+TEST(MorphTargets, LoopsThatDoNotFitAreRejected) {
+  const auto message = [](const auto& spoil) {
+    Loop loop = Case().loop();
+    spoil(loop);
+    return message_of([&] { make_morph_targets(loop, MorphForm::paired); });
+  };
+  EXPECT_EQ(message([](Loop&) {}), "accepted");
+  EXPECT_THAT(message([](Loop& loop) { loop.coordinates.conservativeResize(30, 4); }),
+              HasSubstr("number of kinds is 5, wanted 4"));
+  EXPECT_THAT(message([](Loop& loop) { loop.frequency.conservativeResize(4); }),
+              HasSubstr("number of frequencies is 4, wanted 5"));
+  EXPECT_THAT(message([](Loop& loop) { loop.coordinates.resize(0, 5); }), HasSubstr("no samples"));
+  EXPECT_THAT(message([](Loop& loop) { loop.coordinates(3, 2) = nan; }), HasSubstr("not finite"));
+  EXPECT_THAT(message([](Loop& loop) { loop.frequency[2] = nan; }), HasSubstr("not finite"));
+  EXPECT_THAT(message([](Loop& loop) { loop.period = 0; }), HasSubstr("period"));
+  EXPECT_THAT(message([](Loop& loop) { loop.period = nan; }), HasSubstr("period"));
 }
 
 TEST(MorphTargets, SamplesCloserThanFloatsAreRejected) {
-  Case c(0);
-  c.motion.period = 1.5;
-  c.motion.coordinates.resize(1 << 24, 0);
-  EXPECT_THROW(c.morphs(MorphForm::signed_weights), Error);
+  Loop loop;
+  loop.period = 1.5;
+  loop.coordinates.resize(1 << 10, 0);
+  EXPECT_NO_THROW(make_morph_targets(loop, MorphForm::signed_weights));
+  loop.coordinates.resize(1 << 24, 0);
+  EXPECT_THROW(make_morph_targets(loop, MorphForm::signed_weights), Error);
+}
+
+std::vector<double> weights_at(const std::vector<float>& times, const std::vector<float>& weights,
+                               double time) {
+  const std::size_t count = weights.size() / times.size();
+  std::size_t k = 1;
+  while (k + 1 < times.size() && static_cast<double>(times[k]) < time) ++k;
+  const auto begin = static_cast<double>(times[k - 1]), end = static_cast<double>(times[k]);
+  const double part = (time - begin) / (end - begin);
+  std::vector<double> result;
+  for (std::size_t t = 0; t < count; ++t) {
+    result.push_back((1 - part) * static_cast<double>(weights[(k - 1) * count + t]) +
+                     part * static_cast<double>(weights[k * count + t]));
+  }
+  return result;
+}
+
+TEST(WeightsOf, AreThoseOfTheLoopAtAnotherTimeAndCloseAsItDoes) {
+  const Case c;
+  for (const MorphForm form : {MorphForm::signed_weights, MorphForm::biased, MorphForm::paired}) {
+    const MorphTargets morphs = make_morph_targets(c.loop(), form);
+    const double period = morphs.period, step = period / 50;
+    const auto exact = static_cast<double>(morphs.times[3]);
+    for (const double shift :
+         {0.0, 0.3 * period, -0.4 * period, 7.77 * period, exact, period, period - 1e-9}) {
+      const WeightTable table = weights_of(morphs, {.time_shift = shift});
+      ASSERT_EQ(table.weights.size(), table.times.size() * morphs.target_count());
+      EXPECT_EQ(table.times.front(), 0);
+      EXPECT_EQ(table.times.back(), morphs.times.back());
+      for (std::size_t k = 1; k < table.times.size(); ++k)
+        ASSERT_LT(table.times[k - 1], table.times[k]) << shift;
+      EXPECT_TRUE(std::equal(table.weights.begin(),
+                             table.weights.begin() + static_cast<std::ptrdiff_t>(morphs.target_count()),
+                             table.weights.end() - static_cast<std::ptrdiff_t>(morphs.target_count())));
+      for (double time = 0; time < period; time += step) {
+        const double there = time + shift - period * std::floor((time + shift) / period);
+        const auto found = weights_at(table.times, table.weights, time);
+        const auto wanted = weights_at(morphs.times, morphs.weights, there);
+        for (std::size_t t = 0; t < found.size(); ++t)
+          ASSERT_NEAR(found[t], wanted[t], 2e-5) << shift << ' ' << time;
+      }
+    }
+  }
 }
 
 }  // namespace

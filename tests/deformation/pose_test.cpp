@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "trees.hpp"
+#include "tremula/dynamics/motion.hpp"
 
 namespace tremula {
 namespace {
@@ -28,10 +29,10 @@ Eigen::Matrix<double, 3, 12> interpolation(double s, double l) {
   return a;
 }
 
-TEST(BranchPoint, IsEquation1) {
+TEST(MemberPoint, IsEquation1) {
   const Skeleton skeleton = test::random_tree(9, 3);
   const Structure clamped = assemble(skeleton, {});
-  const Displacement u = 0.01 * Eigen::VectorXd::Random(6 * 9);
+  const Eigen::VectorXd u = 0.01 * Eigen::VectorXd::Random(6 * 9);
   for (int k = 1; k < 9; ++k) {
     const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
     const double l = branch.length();
@@ -45,19 +46,21 @@ TEST(BranchPoint, IsEquation1) {
     }
     for (const double s : {0.0, 0.2, 0.5, 0.9, 1.0}) {
       const Vec3 wanted = r * interpolation(s, l) * ends;
-      EXPECT_LT((branch_point(skeleton, clamped, u, k, s).displacement - wanted).norm(), 1e-15)
+      EXPECT_LT(
+          (member_point(clamped.members[static_cast<std::size_t>(k)], u, s).displacement - wanted).norm(),
+          1e-15)
           << k << ", " << s;
     }
   }
 }
 
-TEST(BranchPoint, PassesThroughItsNodesWithTheirRotations) {
+TEST(MemberPoint, PassesThroughItsNodesWithTheirRotations) {
   const Skeleton skeleton = test::random_tree(9, 3);
   const Structure clamped = assemble(skeleton, {});
-  const Displacement u = Eigen::VectorXd::Random(6 * 9);
+  const Eigen::VectorXd u = Eigen::VectorXd::Random(6 * 9);
   for (int k = 1; k < 9; ++k) {
-    const BranchPoint start = branch_point(skeleton, clamped, u, k, 0),
-                      end = branch_point(skeleton, clamped, u, k, 1);
+    const MemberPoint start = member_point(clamped.members[static_cast<std::size_t>(k)], u, 0),
+                      end = member_point(clamped.members[static_cast<std::size_t>(k)], u, 1);
     EXPECT_LT((start.displacement - u.segment<3>(6 * skeleton.parent(k))).norm(), 1e-13);
     EXPECT_LT((start.rotation - u.segment<3>(6 * skeleton.parent(k) + 3)).norm(), 1e-13);
     EXPECT_LT((end.displacement - u.segment<3>(6 * k)).norm(), 1e-13);
@@ -65,35 +68,35 @@ TEST(BranchPoint, PassesThroughItsNodesWithTheirRotations) {
   }
 }
 
-TEST(BranchPoint, RotationIsTheSlopeOfTheCurve) {
+TEST(MemberPoint, RotationIsTheSlopeOfTheCurve) {
   const Skeleton skeleton = test::random_tree(4, 3);
   const Structure clamped = assemble(skeleton, {});
-  const Displacement u = Eigen::VectorXd::Random(24);
+  const Eigen::VectorXd u = Eigen::VectorXd::Random(24);
   const Branch& branch = skeleton.branches[2];
   const Vec3 direction = (branch.end - branch.start).normalized();
   const double s = 0.3, h = 1e-5;
-  const Vec3 slope = (branch_point(skeleton, clamped, u, 2, s + h).displacement -
-                      branch_point(skeleton, clamped, u, 2, s - h).displacement) /
+  const Vec3 slope = (member_point(clamped.members[2], u, s + h).displacement -
+                      member_point(clamped.members[2], u, s - h).displacement) /
                      (2 * h * branch.length());
   const Vec3 across = slope - slope.dot(direction) * direction;
-  EXPECT_LT((branch_point(skeleton, clamped, u, 2, s).rotation.cross(direction) - across).norm(), 1e-8);
+  EXPECT_LT((member_point(clamped.members[2], u, s).rotation.cross(direction) - across).norm(), 1e-8);
 }
 
-TEST(BranchPoint, RigidMotionOfAllNodesIsARigidMotionOfAllPoints) {
+TEST(MemberPoint, RigidMotionOfAllNodesIsARigidMotionOfAllPoints) {
   Skeleton skeleton = test::random_tree(9, 3);
   for (Branch& branch : skeleton.branches) {  // starts beside their nodes are carried too
     if (branch.start_node > 0) branch.start += Vec3(0.02, 0, 0.01);
   }
   const Structure clamped = assemble(skeleton, {});
   const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
-  Displacement u(6 * 9);
+  Eigen::VectorXd u(6 * 9);
   for (int k = 0; k < 9; ++k) {
     u.segment<3>(6 * k) = translation + rotation.cross(skeleton.node_position(k + 1));
     u.segment<3>(6 * k + 3) = rotation;
   }
   for (int k = 1; k < 9; ++k) {
     const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
-    const BranchPoint point = branch_point(skeleton, clamped, u, k, 0.37);
+    const MemberPoint point = member_point(clamped.members[static_cast<std::size_t>(k)], u, 0.37);
     const Vec3 at = branch.start + 0.37 * (branch.end - branch.start);
     EXPECT_LT((point.displacement - translation - rotation.cross(at)).norm(), 1e-14);
     EXPECT_LT((point.rotation - rotation).norm(), 1e-14);
@@ -101,12 +104,12 @@ TEST(BranchPoint, RigidMotionOfAllNodesIsARigidMotionOfAllPoints) {
 }
 
 // On springs far softer than the wood, a plant that turns and shifts as one takes its foot along.
-TEST(BranchPoint, OnASoftRootTheFirstBranchMovesRigidlyWithTheRest) {
+TEST(MemberPoint, OnASoftRootTheFirstBranchMovesRigidlyWithTheRest) {
   const Skeleton skeleton = test::random_tree(9, 3);
   const Structure structure = assemble(skeleton, {.root = {.translation = 1e-6, .rotation = 1e-6}});
   const Structure clamped = assemble(skeleton, {});
   const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
-  Displacement u(6 * 9);
+  Eigen::VectorXd u(6 * 9);
   for (int k = 0; k < 9; ++k) {
     u.segment<3>(6 * k) = translation + rotation.cross(skeleton.node_position(k + 1));
     u.segment<3>(6 * k + 3) = rotation;
@@ -114,12 +117,12 @@ TEST(BranchPoint, OnASoftRootTheFirstBranchMovesRigidlyWithTheRest) {
   const Branch& stem = skeleton.branches[0];
   ASSERT_EQ(skeleton.parent(0), -1);
   for (const double s : {0.0, 0.4, 1.0}) {
-    const BranchPoint point = branch_point(skeleton, structure, u, 0, s);
+    const MemberPoint point = member_point(structure.members[0], u, s);
     const Vec3 at = stem.start + s * (stem.end - stem.start);
     EXPECT_LT((point.displacement - translation - rotation.cross(at)).norm(), 1e-8) << s;
     EXPECT_LT((point.rotation - rotation).norm(), 1e-8) << s;
   }
-  const BranchPoint foot = branch_point(skeleton, clamped, u, 0, 0);
+  const MemberPoint foot = member_point(clamped.members[0], u, 0);
   EXPECT_EQ(foot.displacement, Vec3::Zero());
   EXPECT_EQ(foot.rotation, Vec3::Zero());
 }
@@ -143,11 +146,10 @@ Surface points_on(const Skeleton& skeleton) {
 TEST(DeformSurface, IsLinearInTheDisplacement) {
   const Skeleton skeleton = test::random_tree(9, 3);
   const Surface surface = points_on(skeleton);
-  const Displacement a = Eigen::VectorXd::Random(54), b = Eigen::VectorXd::Random(54);
+  const Eigen::VectorXd a = Eigen::VectorXd::Random(54), b = Eigen::VectorXd::Random(54);
   const Structure clamped = assemble(skeleton, {});
-  const SurfaceDelta of_a = deform_surface(skeleton, clamped, surface, a),
-                     of_b = deform_surface(skeleton, clamped, surface, b);
-  const SurfaceDelta of_sum = deform_surface(skeleton, clamped, surface, 2 * a - b);
+  const SurfaceDelta of_a = deform_surface(clamped, surface, a), of_b = deform_surface(clamped, surface, b);
+  const SurfaceDelta of_sum = deform_surface(clamped, surface, 2 * a - b);
   for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
     EXPECT_LT((of_sum.position[i] - (2 * of_a.position[i] - of_b.position[i])).norm(), 1e-5F);
     EXPECT_LT((of_sum.normal[i] - (2 * of_a.normal[i] - of_b.normal[i])).norm(), 1e-5F);
@@ -157,13 +159,13 @@ TEST(DeformSurface, IsLinearInTheDisplacement) {
 TEST(DeformSurface, CarriesRingsAroundTheirAxis) {
   const Skeleton skeleton = test::random_tree(3, 3);
   const Surface surface = points_on(skeleton);
-  const Displacement u = 0.1 * Eigen::VectorXd::Random(18);
+  const Eigen::VectorXd u = 0.1 * Eigen::VectorXd::Random(18);
   for (const Structure& structure :
        {assemble(skeleton, {}), assemble(skeleton, {.root = {.rotation = 1e4}})}) {
-    const SurfaceDelta delta = deform_surface(skeleton, structure, surface, u);
+    const SurfaceDelta delta = deform_surface(structure, surface, u);
     for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
-      const BranchPoint point =
-          branch_point(skeleton, structure, u, surface.branch[i], static_cast<double>(surface.along[i]));
+      const MemberPoint point = member_point(structure.members[static_cast<std::size_t>(surface.branch[i])],
+                                             u, static_cast<double>(surface.along[i]));
       const Vec3 arm = 0.05 * surface.normal[i].cast<double>();
       const Vec3 wanted = point.displacement + point.rotation.cross(arm);
       EXPECT_LT((delta.position[i].cast<double>() - wanted).norm(), 1e-6);
@@ -178,12 +180,12 @@ TEST(DeformSurface, ARigidMotionTurnsNormalsAndCarriesPositionsAsOne) {
   const Structure soft = assemble(skeleton, {.root = {.translation = 1e-6, .rotation = 1e-6}});
   const Surface surface = mesh_surface(skeleton);
   const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
-  Displacement u(6 * skeleton.branch_count());
+  Eigen::VectorXd u(6 * skeleton.branch_count());
   for (int k = 0; k < skeleton.branch_count(); ++k) {
     u.segment<3>(6 * k) = translation + rotation.cross(skeleton.branches[static_cast<std::size_t>(k)].end);
     u.segment<3>(6 * k + 3) = rotation;
   }
-  const SurfaceDelta delta = deform_surface(skeleton, soft, surface, u);
+  const SurfaceDelta delta = deform_surface(soft, surface, u);
   for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
     const Vec3 at = surface.position[i].cast<double>(), normal = surface.normal[i].cast<double>();
     EXPECT_LT((delta.position[i].cast<double>() - translation - rotation.cross(at)).norm(), 1e-6);
@@ -197,9 +199,9 @@ std::vector<Vec3> mesh_normals(const Surface& surface, const SurfaceDelta& delta
   const auto at = [&](std::uint32_t i) -> Vec3 {
     return surface.position[i].cast<double>() + factor * delta.position[i].cast<double>();
   };
-  for (const auto* triangles : {&surface.bark_triangles, &surface.leaf_triangles}) {
-    for (std::size_t i = 0; i < triangles->size(); i += 3) {
-      const std::uint32_t a = (*triangles)[i], b = (*triangles)[i + 1], c = (*triangles)[i + 2];
+  for (const SurfacePart& part : surface.parts) {
+    for (std::size_t i = 0; i < part.triangles.size(); i += 3) {
+      const std::uint32_t a = part.triangles[i], b = part.triangles[i + 1], c = part.triangles[i + 2];
       const Vec3 area = (at(b) - at(a)).cross(at(c) - at(a));
       for (const std::uint32_t corner : {a, b, c}) normals[corner] += area;
     }
@@ -209,9 +211,9 @@ std::vector<Vec3> mesh_normals(const Surface& surface, const SurfaceDelta& delta
 }
 
 // How far the change of normals is from the derivative of those of the moving mesh, as a part of the largest.
-double normal_error(const Skeleton& skeleton, const Surface& surface, const Displacement& u,
+double normal_error(const Skeleton& skeleton, const Surface& surface, const Eigen::VectorXd& u,
                     const std::function<bool(std::size_t)>& counts) {
-  const SurfaceDelta delta = deform_surface(skeleton, assemble(skeleton, {}), surface, u);
+  const SurfaceDelta delta = deform_surface(assemble(skeleton, {}), surface, u);
   const double h = 1e-2;  // positions are floats
   const std::vector<Vec3> before = mesh_normals(surface, delta, -h), after = mesh_normals(surface, delta, h);
   double worst = 0, largest = 0;
@@ -226,7 +228,7 @@ double normal_error(const Skeleton& skeleton, const Surface& surface, const Disp
 
 TEST(DeformSurface, NormalsTurnAsThoseOfTheMeshDo) {
   const Skeleton stem = test::straight_stem(6, 3, 0.1, 0.1, Vec3(0.3, -0.2, 1).normalized());
-  Displacement u(36);
+  Eigen::VectorXd u(36);
   for (int k = 0; k < 36; ++k) u[k] = 0.05 * std::sin(1.7 * k);
   // The seam of the texture, the two ends and the triangles' slant keep a mesh from the smooth surface.
   const Surface fine = mesh_surface(stem, {.max_sides = 96, .min_sides = 96, .bend_subdivisions = 24});
@@ -244,19 +246,23 @@ TEST(DeformSurface, NormalsTurnAsThoseOfTheMeshDo) {
     leaf.base = tree.branches[static_cast<std::size_t>(leaf.branch)].end;
   }
   const Surface leafy = mesh_surface(tree);
-  ASSERT_FALSE(leafy.leaf_triangles.empty());
-  Displacement v(6 * tree.branch_count());
+  ASSERT_EQ(leafy.parts.size(), 2U);
+  Eigen::VectorXd v(6 * tree.branch_count());
   for (Eigen::Index k = 0; k < v.size(); ++k) v[k] = 0.1 * std::sin(0.9 * static_cast<double>(k));
-  EXPECT_LT(normal_error(tree, leafy, v, [&](std::size_t i) { return i >= leafy.first_leaf_vertex; }), 0.01);
+  EXPECT_LT(
+      normal_error(tree, leafy, v, [&](std::size_t i) { return i >= leafy.parts[1].pieces.first_vertex; }),
+      0.01);
 }
 
 TEST(DisplacementAt, IsTheLeanAndTheSumOfTheModes) {
   Modes modes;
   modes.frequency = Eigen::Vector3d(1, 2, 3);
   modes.shapes = Eigen::MatrixXd::Random(12, 3);
-  const Motion motion{5, Eigen::MatrixXd::Random(10, 3), Eigen::VectorXd::Random(12)};
-  const Displacement wanted = motion.lean + modes.shapes * motion.coordinates.row(4).transpose();
-  EXPECT_LT((displacement_at(modes, motion, 2) - wanted).norm(), 1e-14);
+  const Eigen::VectorXd lean = Eigen::VectorXd::Random(12);
+  Motion motion{5, join(lean, modes, {}), Eigen::MatrixXd::Ones(10, 4)};
+  motion.coordinates.rightCols(3).setRandom();
+  const Eigen::VectorXd wanted = lean + modes.shapes * motion.coordinates.row(4).tail(3).transpose();
+  EXPECT_LT((displacement_at(motion, 2) - wanted).norm(), 1e-14);
 }
 
 }  // namespace

@@ -2,54 +2,71 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "tremula/base/error.hpp"
 
 namespace tremula {
 namespace {
 
 struct Case {
+  Eigen::VectorXd lean = Eigen::VectorXd::Random(12);
   Modes modes;
-  Motion motion{3, Eigen::MatrixXd::Random(7, 5), Eigen::VectorXd::Random(12)};
+  StaticShapes more{Eigen::Vector2d(8, 9), Eigen::MatrixXd::Random(12, 2)};
   Case() {
     modes.frequency = Eigen::Vector3d(1, 2, 3);
     modes.shapes = Eigen::MatrixXd::Random(12, 3);
-    motion.static_shapes = {Eigen::Vector2d(8, 9), Eigen::MatrixXd::Random(12, 2)};
   }
 };
 
-TEST(Basis, HoldsLeanModesAndStaticShapesInTheOrderOfTheWeights) {
+TEST(Basis, HoldsLeanModesAndStaticShapesInTheOrderOfTheCoordinates) {
   const Case c;
-  const Basis basis = all_shapes(c.modes, c.motion);
+  const Basis basis = join(c.lean, c.modes, c.more);
   EXPECT_EQ(basis.kind, (std::vector{ShapeKind::lean, ShapeKind::mode, ShapeKind::mode, ShapeKind::mode,
                                      ShapeKind::static_shape, ShapeKind::static_shape}));
   EXPECT_EQ(basis.frequency, (Eigen::VectorXd(6) << 0, 1, 2, 3, 8, 9).finished());
-  const Eigen::MatrixXd samples = basis.columns * weights(c.motion).transpose();
-  for (int p = 0; p < 7; ++p) {
-    const Eigen::VectorXd y = c.motion.coordinates.row(p);
-    const Eigen::VectorXd wanted =
-        c.motion.lean + c.modes.shapes * y.head(3) + c.motion.static_shapes.shapes * y.tail(2);
-    EXPECT_LT((samples.col(p) - wanted).norm(), 1e-14);
-  }
+  EXPECT_EQ(basis.count(ShapeKind::lean), 1);
+  EXPECT_EQ(basis.count(ShapeKind::mode), 3);
+  EXPECT_EQ(basis.count(ShapeKind::static_shape), 2);
+  EXPECT_EQ(lean_of(basis), c.lean);
+  const Eigen::VectorXd y = Eigen::VectorXd::Random(6);
+  const Eigen::VectorXd wanted = y[0] * c.lean + c.modes.shapes * y.segment(1, 3) + c.more.shapes * y.tail(2);
+  EXPECT_LT((superpose(basis, y) - wanted).norm(), 1e-14);
 }
 
-TEST(Basis, GivesTheBytesThatModesAndMotionGiveWithoutIt) {
+TEST(Basis, OfModesAloneHasTheLeanBeforeThem) {
   const Case c;
-  const Basis basis = all_shapes(c.modes, c.motion);
-  for (const double time : {0.0, 1.234, -7.0}) {
-    const Eigen::VectorXd now = weights_at(c.motion, time, Interpolation::cubic);
-    EXPECT_EQ(superpose(basis, now), superpose(c.modes, c.motion, now));
-  }
+  const Basis basis = join(c.lean, c.modes, {Eigen::VectorXd(0), Eigen::MatrixXd(12, 0)});
+  EXPECT_EQ(basis.count(), 4);
+  EXPECT_EQ(basis.columns.rightCols(3), c.modes.shapes);
 }
 
 TEST(Basis, RefusesTheModesOfAnotherPlant) {
   const Case c;
   Modes other = c.modes;
   other.shapes.conservativeResize(6, Eigen::NoChange);
-  EXPECT_THROW(all_shapes(other, c.motion), InputError);
+  EXPECT_THROW(join(c.lean, other, c.more), InputError);
   other = c.modes;
   other.frequency.conservativeResize(2);
-  EXPECT_THROW(superpose(other, c.motion, Eigen::VectorXd::Ones(6)), InputError);
-  EXPECT_THROW(superpose(c.modes, c.motion, Eigen::VectorXd::Ones(5)), InputError);
+  EXPECT_THROW(join(c.lean, other, c.more), InputError);
+  StaticShapes half = c.more;
+  half.shapes.conservativeResize(Eigen::NoChange, 1);
+  EXPECT_THROW(join(c.lean, c.modes, half), InputError);
+  half = c.more;
+  half.shapes.conservativeResize(6, Eigen::NoChange);
+  EXPECT_THROW(join(c.lean, c.modes, half), InputError);
+  EXPECT_THROW(superpose(join(c.lean, c.modes, c.more), Eigen::VectorXd::Ones(5)), InputError);
+}
+
+TEST(Basis, IsNoneWithAKindTooFewOrANumberThatIsNotFinite) {
+  const Case c;
+  Basis basis = join(c.lean, c.modes, c.more);
+  EXPECT_NO_THROW(check_basis(basis));
+  basis.kind.pop_back();
+  EXPECT_THROW(check_basis(basis), InputError);
+  basis = join(c.lean, c.modes, c.more);
+  basis.columns(3, 2) = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(check_basis(basis), InputError);
 }
 
 }  // namespace

@@ -26,10 +26,11 @@ TEST(AerodynamicDamping, OfARowOfCylindersIsTheClosedForm) {
   const Skeleton stem = test::straight_stem(24, 3, radius, radius);
   const Material wood = find_material("birch");
   const Structure structure = assemble(stem, {.material = wood, .rotatory_inertia = false});
-  const Loads loads = linearise_loads(stem, structure, steady({speed, 0, 0}, 24),
+  const Sites sites = structure.find_sites();
+  const Loads loads = linearise_loads(sites, steady({speed, 0, 0}, 24),
                                       {.fluid_density = density, .branch_drag_coefficient = drag});
   const Modes modes = solve_modes(structure, {.count = 6});
-  const Eigen::MatrixXd damping = aerodynamic_damping(stem, structure, loads, modes.shapes);
+  const Eigen::MatrixXd damping = aerodynamic_damping(sites, loads, modes.shapes);
   const double along = density * drag * 2 * radius * speed / (wood.density * pi * radius * radius);
   // Pairs of equal frequency are turned as they come: the sum of a pair is 3/2 of the rate along the wind.
   for (const int r : {0, 2, 4}) {
@@ -44,9 +45,10 @@ TEST(AerodynamicDamping, OfARowOfCylindersIsTheClosedForm) {
 TEST(AerodynamicDamping, TakesEnergyFromEveryMotion) {
   const Skeleton skeleton = test::awkward_tree();
   const Structure structure = assemble(skeleton, {});
-  const Loads loads = linearise_loads(skeleton, structure, steady({5, 1, 0}, skeleton.branch_count()));
+  const Sites sites = structure.find_sites();
+  const Loads loads = linearise_loads(sites, steady({5, 1, 0}, skeleton.branch_count()));
   const Modes modes = solve_modes(structure, {.count = 8});
-  const Eigen::MatrixXd damping = aerodynamic_damping(skeleton, structure, loads, modes.shapes);
+  const Eigen::MatrixXd damping = aerodynamic_damping(sites, loads, modes.shapes);
   EXPECT_LT((damping - damping.transpose()).norm(), 1e-12 * damping.norm());
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(damping);
   EXPECT_GT(solver.eigenvalues().minCoeff(), 0);
@@ -64,10 +66,11 @@ TEST(AerodynamicDamping, OfALeafIsItsDragAtItsPlace) {
   leaf.mass = 0.002;
   skeleton.leaves.push_back(leaf);
   const Structure structure = assemble(skeleton, {});
+  const Sites sites = structure.find_sites();
   const LoadOptions options{.branch_drag_coefficient = 0, .leaf_drag_coefficient = 0.4};
-  const Loads loads = linearise_loads(skeleton, structure, steady({8, 0, 0}, 2), options);
+  const Loads loads = linearise_loads(sites, steady({8, 0, 0}, 2), options);
   const Modes modes = solve_modes(structure, {.count = 4});
-  const Eigen::MatrixXd damping = aerodynamic_damping(skeleton, structure, loads, modes.shapes);
+  const Eigen::MatrixXd damping = aerodynamic_damping(sites, loads, modes.shapes);
   const double rate = 0.5 * 1.2 * 0.4 * 0.01 * 8;
   const Mat3 drag = rate * Vec3(2, 1, 1).asDiagonal();
   const Eigen::MatrixXd tip = modes.shapes.middleRows<3>(6);
@@ -77,12 +80,12 @@ TEST(AerodynamicDamping, OfALeafIsItsDragAtItsPlace) {
 TEST(AerodynamicDamping, IsNoneWithoutWindAndForLoadsAsPrinted) {
   const Skeleton skeleton = test::random_tree(12, 2);
   const Structure structure = assemble(skeleton, {});
+  const Sites sites = structure.find_sites();
   const Modes modes = solve_modes(structure, {.count = 3});
-  const Loads calm = linearise_loads(skeleton, structure, steady(Vec3::Zero(), 12));
-  EXPECT_EQ(aerodynamic_damping(skeleton, structure, calm, modes.shapes).norm(), 0);
-  const Loads printed =
-      linearise_loads(skeleton, structure, steady({5, 0, 0}, 12), {.model = LoadModel::paper});
-  EXPECT_EQ(aerodynamic_damping(skeleton, structure, printed, modes.shapes).norm(), 0);
+  const Loads calm = linearise_loads(sites, steady(Vec3::Zero(), 12));
+  EXPECT_EQ(aerodynamic_damping(sites, calm, modes.shapes).norm(), 0);
+  const Loads printed = linearise_loads(sites, steady({5, 0, 0}, 12), {.model = LoadModel::paper});
+  EXPECT_EQ(aerodynamic_damping(sites, printed, modes.shapes).norm(), 0);
 }
 
 TEST(StructuralDamping, IsByRatioByMassOrByStiffness) {

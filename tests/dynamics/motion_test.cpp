@@ -3,11 +3,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
+#include <vector>
+
+#include "tremula/base/error.hpp"
 
 namespace tremula {
 namespace {
 
-Motion some_motion() { return {3.0, Eigen::MatrixXd::Random(7, 4), Eigen::VectorXd::Zero(6)}; }
+// Four coordinates, of modes.
+Motion some_motion() {
+  return {3.0,
+          {std::vector(4, ShapeKind::mode), Eigen::VectorXd::Ones(4), Eigen::MatrixXd::Random(6, 4)},
+          Eigen::MatrixXd::Random(7, 4)};
+}
 
 TEST(CoordinatesAt, AreTheSamplesThemselvesBitForBitInEveryLoop) {
   const Motion motion = some_motion();
@@ -43,12 +52,46 @@ TEST(CoordinatesAt, CubicHasNoKinkAtSamplesNorAtTheSeam) {
 }
 
 TEST(CoordinatesAt, CubicFollowsASineCloserThanLinear) {
-  Motion motion{1, Eigen::MatrixXd(32, 1), {}};
+  Motion motion{
+      1, {{ShapeKind::mode}, Eigen::VectorXd::Ones(1), Eigen::MatrixXd::Ones(6, 1)}, Eigen::MatrixXd(32, 1)};
   for (int p = 0; p < 32; ++p) motion.coordinates(p, 0) = std::sin(2 * M_PI * p / 32);
   const double t = 5.5 / 32, wanted = std::sin(2 * M_PI * t);
   const double cubic = std::abs(coordinates_at(motion, t, Interpolation::cubic)[0] - wanted);
   const double linear = std::abs(coordinates_at(motion, t, Interpolation::linear)[0] - wanted);
   EXPECT_LT(cubic, linear / 20);
+}
+
+TEST(CoordinatesAt, OfALeanAreOneToTheLastBit) {
+  Motion motion = some_motion();
+  motion.basis.kind[0] = ShapeKind::lean;
+  motion.coordinates.col(0).setOnes();
+  for (const Interpolation interpolation : {Interpolation::linear, Interpolation::cubic}) {
+    for (double time = -3; time < 6; time += 0.0371)
+      EXPECT_EQ(coordinates_at(motion, time, interpolation)[0], 1) << time;
+  }
+}
+
+TEST(DisplacementAt, IsTheSumOfTheShapesByTheirCoordinates) {
+  const Motion motion = some_motion();
+  for (const double time : {0.0, 1.234, -7.0}) {
+    const Eigen::VectorXd wanted = motion.basis.columns * coordinates_at(motion, time, Interpolation::cubic);
+    EXPECT_LT((displacement_at(motion, time, Interpolation::cubic) - wanted).norm(), 1e-14);
+  }
+}
+
+TEST(MakeMotion, PutsTheLeanBeforeTheSeriesOfTheSpectra) {
+  const Basis basis{{ShapeKind::lean, ShapeKind::mode}, Eigen::Vector2d(0, 1), Eigen::MatrixXd::Ones(6, 2)};
+  Eigen::MatrixXcd spectra = Eigen::MatrixXcd::Zero(5, 1);
+  spectra(1, 0) = {0.3, -0.2};
+  const TimeAxis loop{.period = 2, .sample_count = 8};
+  const Motion motion = make_motion(basis, loop, spectra);
+  EXPECT_EQ(motion.period, 2);
+  for (int p = 0; p < 8; ++p) {
+    EXPECT_EQ(motion.coordinates(p, 0), 1);
+    EXPECT_NEAR(motion.coordinates(p, 1), 2 * (spectra(1, 0) * std::polar(1.0, 2 * M_PI * p / 8)).real(),
+                1e-15);
+  }
+  EXPECT_THROW(make_motion(basis, loop, Eigen::MatrixXcd::Zero(5, 2)), InputError);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "tremula/dynamics/transfer.hpp"
+#include "tremula/reference/response_variance.hpp"
 
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/random.hpp"

@@ -22,38 +22,35 @@ namespace tremula::test {
 namespace {
 
 // A little plant in leaf on its whole way, so that writers have something to write.
-struct Loop {
+struct Example {
+  Skeleton skeleton;
   Subject subject;
-  Motion motion;
-  Surface surface;
+  Loop loop;
   TurbSimFile wind_file;
   WindField field;
   WindReport wind_report;
 };
 
-Loop make_loop() {
-  Loop loop;
-  loop.subject =
-      bake(read_skeleton(fuzz::swc_seeds().back(), "seed").skeleton, BakeOptions{.modes = {.count = 3}});
+Example make_example() {
+  Example example;
+  example.skeleton = read_skeleton(fuzz::swc_seeds().back(), "seed").skeleton;
+  example.subject = bake(example.skeleton, BakeOptions{.modes = {.count = 3}});
   Weather weather;
   weather.loop = {.period = 2, .sample_count = 16};
-  loop.motion = set_in_motion(loop.subject, weather);
-  loop.surface = mesh_surface(loop.subject.skeleton);
-  loop.wind_file = parse_turbsim(fuzz::turbsim_seeds().front(), "seed");
-  loop.field = wind_field(loop.wind_file);
-  loop.wind_report = {.title = "seed", .statistics = field_statistics(loop.field)};
-  return loop;
+  example.loop = make_loop(example.subject.structure, mesh_surface(example.skeleton),
+                           set_in_motion(example.subject, weather), {});
+  example.wind_file = parse_turbsim(fuzz::turbsim_seeds().front(), "seed");
+  example.field = wind_field(example.wind_file);
+  example.wind_report = {.title = "seed", .statistics = field_statistics(example.field)};
+  return example;
 }
 
-const Loop& loop() {
-  static const Loop made = make_loop();
+const Example& example() {
+  static const Example made = make_example();
   return made;
 }
 
-MorphTargets morphs(MorphForm form) {
-  return make_morph_targets(loop().subject.skeleton, loop().subject.structure, loop().surface,
-                            loop().subject.modes, loop().motion, form);
-}
+MorphTargets morphs(MorphForm form) { return make_morph_targets(example().loop, form); }
 
 std::size_t read_tree(const std::string& path) { return read_skeleton(path).skeleton.branches.size(); }
 
@@ -77,32 +74,33 @@ const std::vector<WriteTask>& write_tasks() {
   static const std::vector<WriteTask> tasks = [] {
     std::vector<WriteTask> all = {
         {"Bytes", [](const std::string& path) { write_file_atomically(path, "some bytes"); }},
-        {"Swc", [](const std::string& path) { write_swc(loop().subject.skeleton, path); }},
-        {"TurbSimFile", [](const std::string& path) { write_turbsim(path, loop().wind_file); }},
-        {"TurbSimField", [](const std::string& path) { write_turbsim(path, loop().field); }},
-        {"Vti", [](const std::string& path) { write_vti(path, loop().field); }},
+        {"Swc", [](const std::string& path) { write_swc(example().skeleton, path); }},
+        {"TurbSimFile", [](const std::string& path) { write_turbsim(path, example().wind_file); }},
+        {"TurbSimField", [](const std::string& path) { write_turbsim(path, example().field); }},
+        {"Vti", [](const std::string& path) { write_vti(path, example().field); }},
         {"Glb",
-         [](const std::string& path) { write_glb(path, loop().surface, morphs(MorphForm::paired), {}); },
+         [](const std::string& path) {
+           write_glb(path, *example().loop.rest, morphs(MorphForm::paired), example().loop.facts);
+         },
          true},
         {"PoseTable",
          [](const std::string& path) {
-           write_file_atomically(path,
-                                 encode_pose_table(loop().subject.skeleton, loop().subject.structure,
-                                                   loop().subject.modes, loop().motion, std::array{0, 1, 2}));
+           write_file_atomically(path, encode_pose_table(example().loop, std::array{0, 1, 2}));
          }},
-        {"WindPlot", [](const std::string& path) { write_wind_plot(path, loop().wind_report); }},
+        {"WindPlot", [](const std::string& path) { write_wind_plot(path, example().wind_report); }},
         {"ModesPlot",
          [](const std::string& path) {
-           const Subject& subject = loop().subject;
-           write_file_atomically(path, plot_modes(subject.skeleton, subject.structure, subject.modes,
+           const Subject& subject = example().subject;
+           write_file_atomically(path, plot_modes(subject.structure, subject.modes,
                                                   assess_modes(subject.structure, subject.modes,
-                                                               trunk_branches(subject.skeleton))));
+                                                               trunk_branches(example().skeleton))));
          }},
     };
     if (can_write_html()) {
       all.push_back({"Html",
                      [](const std::string& path) {
-                       write_html(path, loop().surface, morphs(MorphForm::signed_weights), {});
+                       write_html(path, *example().loop.rest, morphs(MorphForm::signed_weights),
+                                  example().loop.facts);
                      },
                      true});
     }

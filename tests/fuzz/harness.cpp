@@ -80,6 +80,13 @@ std::vector<std::string> lsystem_words() {
   return words;
 }
 
+std::vector<std::string> frame_words() {
+  return text_words(
+      "name material pieces clamped [points] [[beams]] through radius [[masses]] at mass = [ ] \"a\" \"oak\" "
+      "1e-3 "
+      "nan inf { } ''' # 1979-05-27");
+}
+
 std::vector<std::string> spectrum_words() {
   return text_words("frequency S_u S_v S_w k1_rad_per_m Fu Fv Fw");
 }
@@ -114,6 +121,7 @@ const std::vector<Harness>& harnesses() {
       {"spectrum", try_spectrum, spectrum_seeds, spectrum_words()},
       {"profile", try_profile, profile_seeds, profile_words()},
       {"motion", try_motion, skeleton_seeds, skeleton_words()},
+      {"frame", try_frame, frame_seeds, frame_words()},
       {"wind_file", try_wind_file, turbsim_seeds, turbsim_words()},
   };
   return all;

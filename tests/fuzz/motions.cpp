@@ -1,10 +1,12 @@
 // Trees from files on their whole way: baked, animated, and encoded as what leaves the program.
 #include "tremula/base/error.hpp"
+#include "tremula/io/frame_file.hpp"
 #include "tremula/io/gltf.hpp"
 #include "tremula/io/pose_table.hpp"
 #include "tremula/io/skeleton_files.hpp"
 #include "tremula/pipeline.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cstring>
@@ -25,16 +27,16 @@ std::string_view json_of(std::string_view glb) {
   return glb.substr(20, length);
 }
 
-void check_outputs(const Subject& subject, const Motion& motion) {
+void check_outputs(const Skeleton& skeleton, const Subject& subject, const Motion& motion) {
+  const Surface surface = mesh_surface(skeleton);
+  const Loop loop = make_loop(subject.structure, surface, motion, {});
   const std::array frames = {0, 1, motion.sample_count()};
-  require_finite_text(encode_pose_table(subject.skeleton, subject.structure, subject.modes, motion, frames));
+  require_finite_text(encode_pose_table(loop, frames));
 
-  const Surface surface = mesh_surface(subject.skeleton);
   for (const auto* vectors : {&surface.position, &surface.normal}) {
     for (const Eigen::Vector3f& v : *vectors) require_finite(v, "a vertex");
   }
-  const MorphTargets morphs = make_morph_targets(subject.skeleton, subject.structure, surface, subject.modes,
-                                                 motion, MorphForm::paired);
+  const MorphTargets morphs = make_morph_targets(loop, MorphForm::paired);
   for (const SurfaceDelta& shape : morphs.shapes) {
     for (const auto* vectors : {&shape.position, &shape.normal}) {
       for (const Eigen::Vector3f& v : *vectors) require_finite(v, "a morph target");
@@ -42,7 +44,7 @@ void check_outputs(const Subject& subject, const Motion& motion) {
   }
   require_finite(morphs.weights, "a weight");
   require_finite(morphs.times, "a time");
-  require(json_of(encode_glb(surface, morphs, {})).find("null") == std::string_view::npos,
+  require(json_of(encode_glb(surface, morphs, loop.facts)).find("null") == std::string_view::npos,
           "a number in a .glb is not finite");
 }
 
@@ -54,11 +56,10 @@ void require_finite(const Subject& subject, const Motion& motion) {
   require_finite(modes.shapes.reshaped(), "a mode shape");
   require_finite(modes.residual, "a residual");
   require_finite(modes.error_bound, "an error bound");
-  require_finite(motion.lean, "the lean");
+  require_finite(motion.basis.columns.reshaped(), "the lean or a shape of the motion");
+  require_finite(motion.basis.frequency, "the frequency of a shape of the motion");
   require_finite(motion.coordinates.reshaped(), "a coordinate");
-  require_finite(motion.static_shapes.shapes.reshaped(), "a static shape");
-  require_finite(motion.static_shapes.frequency, "the frequency of a static shape");
-  const MotionStatistics statistics = motion_statistics(subject.structure, modes, motion);
+  const MotionStatistics statistics = motion_statistics(subject.structure, motion);
   require_finite(
       std::array{statistics.largest_lean, statistics.largest_lean_rotation, statistics.largest_stretch},
       "a statistic of the motion");
@@ -102,8 +103,27 @@ void try_motion(std::string_view bytes) {
     weather.loop = {.period = 2, .sample_count = 16};
     const Motion motion = set_in_motion(subject, weather);
     require_finite(subject, motion);
-    advice(subject, weather, motion_statistics(subject.structure, subject.modes, motion));
-    check_outputs(subject, motion);
+    advice(subject, weather, motion_statistics(subject.structure, motion));
+    check_outputs(skeleton, subject, motion);
+  });
+}
+
+void try_frame(std::string_view bytes) {
+  FrameFile file;
+  if (!taken([&] { file = parse_frame(std::string(bytes), input_name); })) return;
+  const Frame& frame = file.frame;
+  if (frame.elements.size() > most_branches_moved) return;
+  const Skeleton outline = outline_of(frame);
+  check_skeleton(outline, "the outline of a frame");
+
+  taken_by_stages([&] {
+    if (free_rows(frame) == 0) return;
+    const Subject subject = bake(frame, {.modes = {.count = std::min(3, free_rows(frame))}});
+    Weather weather;
+    weather.loop = {.period = 2, .sample_count = 16};
+    const Motion motion = set_in_motion(subject, weather);
+    require_finite(subject, motion);
+    check_outputs(outline, subject, motion);
   });
 }
 

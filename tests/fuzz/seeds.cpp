@@ -135,6 +135,16 @@ std::vector<std::string> skeleton_seeds() {
   return seeds;
 }
 
+std::vector<std::string> frame_seeds() {
+  return {
+      "clamped = [\"a\"]\npieces = 2\n[points]\na = [0, 0, 0]\nb = [0, 0, 2]\nc = [1.0, 0, 2]\n"
+      "[[beams]]\nthrough = [\"a\", \"b\", \"c\"]\nradius = [0.04, 0.02]\nmaterial = \"oak\"\n",
+      "name = \"loop\"\nmaterial = \"birch\"\nclamped = ['a', 'b']\n[points]\na = [0, 0, 0]\nb = [1, 0, 0]\n"
+      "top = [0.5, 0.2, 1]\n[[beams]]\nthrough = ['a', 'top', 'b', 'a']\nradius = 1e-2\npieces = 1\n"
+      "[[masses]]\nat = 'top'\nmass = 0.5\n",
+  };
+}
+
 std::vector<std::string> lsystem_seeds() {
   std::vector<std::string> seeds = {
       little_plant,

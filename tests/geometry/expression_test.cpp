@@ -1,13 +1,13 @@
 #include "tremula/geometry/expression.hpp"
 
-#include "tremula/base/error.hpp"
-
 #include <cmath>
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "complaint.hpp"
 
 namespace tremula {
 namespace {
@@ -32,12 +32,7 @@ double value_of(const std::string& text, ExpressionValues values = {}) {
 }
 
 std::string message_of(const std::string& text) {
-  try {
-    value_of(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::complaint_of([&] { value_of(text); });
 }
 
 TEST(Expression, BindsOperatorsInTheOrderOfArithmetic) {

@@ -1,7 +1,5 @@
 #include "tremula/geometry/grow.hpp"
 
-#include "tremula/base/error.hpp"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -14,6 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "complaint.hpp"
 #include "support.hpp"
 
 namespace tremula {
@@ -26,12 +25,7 @@ Skeleton grown(const std::string& text, const GrowOptions& options = {}) {
 }
 
 std::string message_of(const std::string& text, const GrowOptions& options = {}) {
-  try {
-    grown(text, options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::complaint_of([&] { grown(text, options); });
 }
 
 GrowOptions seeded(std::uint64_t seed) { return {.seed = seed}; }

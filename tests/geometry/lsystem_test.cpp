@@ -1,12 +1,12 @@
 #include "tremula/geometry/lsystem.hpp"
 
-#include "tremula/base/error.hpp"
-
 #include <string>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "complaint.hpp"
 
 namespace tremula {
 namespace {
@@ -14,12 +14,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string message_of(const std::string& text) {
-  try {
-    parse_lsystem(text, "plant.lsys");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  return test::complaint_of([&] { parse_lsystem(text, "plant.lsys"); });
 }
 
 TEST(ParseLSystem, ReadsEveryKindOfStatement) {
@@ -88,7 +83,7 @@ struct BadFile {
 
 TEST(ParseLSystem, RefusesMalformedFilesWithPlaceFoundAndWanted) {
   const std::string good = "steps: 1\naxiom: F(1, 1)\n";  // two lines, so that what follows stands in line 3
-  ASSERT_EQ(message_of(good), "no error");
+  ASSERT_EQ(message_of(good), "");
   const std::vector<BadFile> files = {
       {"A(n -> F(1)", "plant.lsys:3: found '-', wanted ',' or ')'"},
       {"A(1) -> F(1)", "plant.lsys:3: found '1', wanted the name of a parameter"},

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tremula/base/error.hpp"
+#include "complaint.hpp"
 
 namespace tremula {
 namespace {
@@ -25,12 +25,7 @@ Skeleton two_branches_and_a_leaf() {
 }
 
 std::string complaint_about(const Skeleton& skeleton) {
-  try {
-    check_skeleton(skeleton, "oak");
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return test::complaint_of([&] { check_skeleton(skeleton, "oak"); });
 }
 
 TEST(CheckSkeleton, AcceptsAPlantWithALeaf) { EXPECT_EQ(complaint_about(two_branches_and_a_leaf()), ""); }

@@ -40,8 +40,8 @@ std::vector<Solid> measure_axes(const Skeleton& skeleton, const Surface& surface
     for (const int k : axes[a]) axis_of[std::size_t(k)] = a;
   }
   std::vector<Solid> solids(axes.size());
-  for (std::size_t t = 0; t < surface.bark_triangles.size(); t += 3) {
-    const auto* corners = &surface.bark_triangles[t];
+  for (std::size_t t = 0; t < surface.parts[0].triangles.size(); t += 3) {
+    const auto* corners = &surface.parts[0].triangles[t];
     const std::size_t axis = axis_of[std::size_t(surface.branch[corners[0]])];
     const Vec3 base = skeleton.branches[std::size_t(axes[axis][0])].start;
     const Vec3 a = corner(surface, corners[0]) - base;
@@ -80,7 +80,7 @@ void expect_sound(const Skeleton& skeleton, const Surface& surface) {
   ASSERT_EQ(surface.texture.size(), count);
   ASSERT_EQ(surface.branch.size(), count);
   ASSERT_EQ(surface.along.size(), count);
-  ASSERT_EQ(surface.bark_triangles.size() % 3, 0U);
+  ASSERT_EQ(surface.parts[0].triangles.size() % 3, 0U);
   for (std::size_t v = 0; v < count; ++v) {
     ASSERT_TRUE(surface.position[v].allFinite()) << v;
     ASSERT_NEAR(surface.normal[v].norm(), 1, 1e-5) << v;
@@ -89,10 +89,19 @@ void expect_sound(const Skeleton& skeleton, const Surface& surface) {
     ASSERT_TRUE(surface.texture[v].x() >= 0 && surface.texture[v].x() <= 1) << v;
     ASSERT_TRUE(surface.texture[v].y() >= 0 && std::isfinite(surface.texture[v].y())) << v;
   }
-  for (const std::uint32_t index : surface.bark_triangles) ASSERT_LT(index, surface.first_leaf_vertex);
-  for (const std::uint32_t index : surface.leaf_triangles) {
-    ASSERT_GE(index, surface.first_leaf_vertex);
-    ASSERT_LT(index, count);
+  ASSERT_EQ(surface.parts.size(), skeleton.leaves.empty() ? 1U : 2U);
+  for (const SurfacePart& part : surface.parts) {
+    const bool of_leaves = &part == &surface.parts.back() && !skeleton.leaves.empty();
+    EXPECT_EQ(part.material.two_sided, of_leaves);
+    EXPECT_EQ(part.pieces.count, of_leaves ? skeleton.leaves.size() : 0U);
+    for (const std::uint32_t index : part.triangles) {
+      ASSERT_LT(index, count);
+      for (const SurfacePart& any : surface.parts) {
+        if (any.pieces.count > 0) {
+          ASSERT_EQ(any.pieces.owns(index), of_leaves);
+        }
+      }
+    }
   }
 }
 
@@ -214,9 +223,9 @@ TEST(MeshSurface, EveryTubeIsAClosedSkinWithItsOutsideOut) {
       weld[v] = welded.emplace(std::array{p.x(), p.y(), p.z()}, v).first->second;
     }
     std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
-    for (std::size_t t = 0; t < surface.bark_triangles.size(); t += 3) {
+    for (std::size_t t = 0; t < surface.parts[0].triangles.size(); t += 3) {
       for (std::size_t e = 0; e < 3; ++e) {
-        ++edges[{weld[surface.bark_triangles[t + e]], weld[surface.bark_triangles[t + (e + 1) % 3]]}];
+        ++edges[{weld[surface.parts[0].triangles[t + e]], weld[surface.parts[0].triangles[t + (e + 1) % 3]]}];
       }
     }
     for (const auto& [edge, uses] : edges) {
@@ -419,13 +428,13 @@ TEST(MeshSurface, ARigidArmShowsWhereNothingElseReachesTheBranch) {
     const Surface surface = mesh_surface(skeleton);
     // The spike's triangles go from the first branch, at whose end the node is, to the start of the third.
     int spikes = 0;
-    for (std::size_t t = 0; t < surface.bark_triangles.size(); t += 3) {
+    for (std::size_t t = 0; t < surface.parts[0].triangles.size(); t += 3) {
       std::set<int> branches;
-      for (std::size_t c = 0; c < 3; ++c) branches.insert(surface.branch[surface.bark_triangles[t + c]]);
+      for (std::size_t c = 0; c < 3; ++c) branches.insert(surface.branch[surface.parts[0].triangles[t + c]]);
       if (branches != std::set<int>{0, 2}) continue;
       ++spikes;
       for (std::size_t c = 0; c < 3; ++c) {
-        const std::uint32_t v = surface.bark_triangles[t + c];
+        const std::uint32_t v = surface.parts[0].triangles[t + c];
         EXPECT_EQ(surface.along[v], surface.branch[v] == 0 ? 1 : 0);
         const Vec3 point = corner(surface, v);
         if (surface.branch[v] == 2) {
@@ -456,7 +465,7 @@ TEST(MeshSurface, ThinAxesGetFewerSidesButOneAxisKeepsItsNumber) {
   // Trunk: base, two rings inside branches, the node, the cap; side axis: two collar rings, one inside, the
   // cap.
   EXPECT_EQ(surface.vertex_count(), 5U * 13 + 1 + 4 * 5 + 1);
-  EXPECT_EQ(surface.bark_triangles.size() / 3, (12U - 2) + 4 * 2 * 12 + 12 + (4 - 2) + 3 * 2 * 4 + 4);
+  EXPECT_EQ(surface.parts[0].triangles.size() / 3, (12U - 2) + 4 * 2 * 12 + 12 + (4 - 2) + 3 * 2 * 4 + 4);
 }
 
 TEST(MeshSurface, AStubbyBranchGetsNoRingInside) {
@@ -487,12 +496,16 @@ TEST(MeshSurface, ALeafIsAFoldedBladeFromBaseToTipAsWideAsSaid) {
   skeleton.leaves = {leaf, leaf};
   const Surface surface = mesh_surface(skeleton);
   expect_sound(skeleton, surface);
-  ASSERT_EQ(surface.vertex_count() - surface.first_leaf_vertex, 2 * leaf_vertices);
-  ASSERT_EQ(surface.leaf_triangles.size(), 2 * 3 * leaf_triangle_count);
+  ASSERT_EQ(surface.parts.size(), 2U);
+  const Pieces& leaves = surface.parts[1].pieces;
+  EXPECT_EQ(leaves.count, 2U);
+  EXPECT_EQ(leaves.size, leaf_vertices);
+  ASSERT_EQ(surface.vertex_count() - leaves.first_vertex, 2 * leaf_vertices);
+  ASSERT_EQ(surface.parts[1].triangles.size(), 2 * 3 * leaf_triangle_count);
 
   const Vec3 across = leaf.axis.cross(leaf.normal);
   double left = 0, right = 0, bottom = 1, top = 0, near = 1, far = 0, area = 0;
-  for (std::uint32_t v = surface.first_leaf_vertex; v < surface.first_leaf_vertex + leaf_vertices; ++v) {
+  for (std::uint32_t v = leaves.first_vertex; v < leaves.first_vertex + leaf_vertices; ++v) {
     EXPECT_EQ(surface.branch[v], 0);
     EXPECT_FLOAT_EQ(surface.along[v], 0.25F);
     const Vec3 offset = corner(surface, v) - leaf.base;
@@ -511,7 +524,7 @@ TEST(MeshSurface, ALeafIsAFoldedBladeFromBaseToTipAsWideAsSaid) {
   EXPECT_NEAR(far, leaf.length, 1e-7);
   EXPECT_GT(top - bottom, 0.05 * leaf.width);
   for (std::size_t t = 0; t < 3 * leaf_triangle_count; t += 3) {
-    const auto* c = &surface.leaf_triangles[t];
+    const auto* c = &surface.parts[1].triangles[t];
     const Vec3 face =
         (corner(surface, c[1]) - corner(surface, c[0])).cross(corner(surface, c[2]) - corner(surface, c[0]));
     EXPECT_GT(face.dot(leaf.normal), 0);
@@ -526,8 +539,7 @@ TEST(MeshSurface, LeavesCanBeLeftOut) {
   skeleton.leaves.emplace_back();
   skeleton.leaves[0].length = skeleton.leaves[0].width = 0.1;
   const Surface surface = mesh_surface(skeleton, {.leaves = false});
-  EXPECT_TRUE(surface.leaf_triangles.empty());
-  EXPECT_EQ(surface.first_leaf_vertex, surface.vertex_count());
+  EXPECT_EQ(surface.parts.size(), 1U);
 }
 
 TEST(MeshSurface, TheSameSkeletonGivesTheSameSkinWhereverItStands) {
@@ -541,7 +553,7 @@ TEST(MeshSurface, TheSameSkeletonGivesTheSameSkinWhereverItStands) {
   }
   const Surface here = mesh_surface(skeleton), there = mesh_surface(moved);
   ASSERT_EQ(here.vertex_count(), there.vertex_count());
-  EXPECT_EQ(here.bark_triangles, there.bark_triangles);
+  EXPECT_EQ(here.parts[0].triangles, there.parts[0].triangles);
   for (std::size_t v = 0; v < here.vertex_count(); ++v) {
     EXPECT_LT((there.position[v] - here.position[v] - shift.cast<float>()).norm(), 1e-5F);
     EXPECT_LT((there.normal[v] - here.normal[v]).norm(), 1e-4F);

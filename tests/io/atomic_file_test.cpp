@@ -16,6 +16,7 @@
 
 #include <gmock/gmock.h>
 
+#include "complaint.hpp"
 #include "support.hpp"
 #include "tremula/base/error.hpp"
 
@@ -35,14 +36,10 @@ long files_in(const TemporaryFolder& folder) {
   return std::distance(fs::directory_iterator(folder.path), fs::directory_iterator());
 }
 
+// Of whatever kind: what is written fails with Error, what is read with InputError.
 template <typename Call>
 std::string complaint(Call call) {
-  try {
-    call();
-    return "";
-  } catch (const Error& error) {
-    return error.what();
-  }
+  return test::complaint_of<Error>(call);
 }
 
 const std::string all_bytes = [] {

@@ -5,6 +5,7 @@
 #include <array>
 #include <limits>
 
+#include "complaint.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/io/svg.hpp"
 
@@ -15,12 +16,7 @@ using testing::HasSubstr;
 
 template <class Numbers>
 std::string complaint(const Numbers& numbers) {
-  try {
-    check_finite("masses", numbers);
-    return "";
-  } catch (const Error& error) {
-    return error.what();
-  }
+  return test::complaint_of<Error>([&] { check_finite("masses", numbers); });
 }
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN(),

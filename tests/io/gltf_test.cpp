@@ -12,6 +12,8 @@
 #include <sstream>
 #include <vector>
 
+#include <Eigen/Geometry>
+
 #include "io/glb_file.hpp"
 #include "support.hpp"
 #include "tremula/base/error.hpp"
@@ -42,10 +44,12 @@ Surface make_surface(std::uint32_t vertices_each) {
     surface.branch.push_back(static_cast<std::int32_t>(i));
     surface.along.push_back((random_number(4, i) + 1) / 2);
   }
+  const SurfaceOptions materials;
+  surface.parts = {{materials.tube, {}}, {materials.leaf, {}}};
   for (std::uint32_t i = 0; i + 2 < vertices_each; ++i) {
     for (std::uint32_t k = 0; k < 3; ++k) {
-      surface.bark_triangles.push_back(2 * (i + k));
-      surface.leaf_triangles.push_back(2 * (i + k) + 1);
+      surface.parts[0].triangles.push_back(2 * (i + k));
+      surface.parts[1].triangles.push_back(2 * (i + k) + 1);
     }
   }
   return surface;
@@ -77,7 +81,7 @@ MorphTargets make_morphs(const Surface& surface) {
 using test::Glb;
 using test::z_up;
 
-const LoopInfo info{.name = "aspen", .frames_per_second = 24, .wind_speed = 6.5, .heading = 30, .seed = 11};
+const LoopFacts facts{.name = "aspen", .frames_per_second = 24, .wind_speed = 6.5, .heading = 30, .seed = 11};
 
 // The same with weights that are not zero at rest, and normals that turn by what plants do.
 MorphTargets make_biased(const Surface& surface) {
@@ -98,7 +102,7 @@ struct Written {
                    MeshCompression compression = MeshCompression::quantised)
       : surface(make_surface(vertices_each)),
         morphs(make_morphs(surface)),
-        glb(encode_glb(surface, morphs, info, {.compression = compression})) {}
+        glb(encode_glb(surface, morphs, facts, {.compression = compression})) {}
 
   std::vector<double> branches(std::size_t part) const {
     return glb.numbers(glb.primitive(part)["attributes"]["_BRANCH"]);
@@ -123,7 +127,7 @@ TEST(EncodeGlb, EveryTriangleComesBackWithAllItsVerticesHave) {
   for (const MeshCompression compression : {MeshCompression::quantised, MeshCompression::meshopt}) {
     const Written w(200, compression);
     for (const std::size_t part : {0U, 1U}) {
-      const auto& triangles = part == 0 ? w.surface.bark_triangles : w.surface.leaf_triangles;
+      const auto& triangles = w.surface.parts[part].triangles;
       const json& attributes = w.glb.primitive(part)["attributes"];
       const std::vector<double> branch = w.branches(part);
       const std::vector<Vector3f> positions = w.glb.vectors(attributes["POSITION"]);
@@ -192,7 +196,7 @@ TEST(EncodeGlb, TargetsComeBackToHalfAStep) {
 TEST(EncodeGlb, WithRestWeightsThePlantStandsAtRestToHalfAStep) {
   const Surface surface = make_surface(200);
   const MorphTargets morphs = make_biased(surface);
-  const Glb glb(encode_glb(surface, morphs, info));
+  const Glb glb(encode_glb(surface, morphs, facts));
   EXPECT_EQ(glb.document["meshes"][0]["weights"], json({0, 0.375, 0.75}));
   for (const std::size_t part : {0U, 1U}) {
     const std::vector<double> branch = glb.numbers(glb.primitive(part)["attributes"]["_BRANCH"]);
@@ -221,7 +225,7 @@ TEST(EncodeGlb, ASmallMovementTakesEightBits) {
   const Surface surface = make_surface(50);
   MorphTargets morphs = make_morphs(surface);
   for (Vector3f& change : morphs.shapes[1].position) change *= 0.003F;
-  const Glb glb(encode_glb(surface, morphs, info));
+  const Glb glb(encode_glb(surface, morphs, facts));
   const auto component = [&](std::size_t target) {
     return glb.accessor(glb.primitive(0)["targets"][target]["POSITION"])["componentType"];
   };
@@ -232,8 +236,8 @@ TEST(EncodeGlb, ASmallMovementTakesEightBits) {
 TEST(EncodeGlb, WithoutCompressionItIsFloatsAndNoExtension) {
   const Surface surface = make_surface(200);
   const MorphTargets morphs = make_biased(surface);
-  const Glb whole(encode_glb(surface, morphs, info)),
-      glb(encode_glb(surface, morphs, info, {.compression = MeshCompression::none}));
+  const Glb whole(encode_glb(surface, morphs, facts)),
+      glb(encode_glb(surface, morphs, facts, {.compression = MeshCompression::none}));
   EXPECT_FALSE(glb.document.contains("extensionsUsed"));
   EXPECT_FALSE(glb.document.contains("extensionsRequired"));
   EXPECT_FALSE(glb.document["nodes"][0].contains("scale"));
@@ -276,7 +280,7 @@ TEST(EncodeGlb, ATargetThatMovesOnlyTheLeavesIsStillOnTheBark) {
   Surface surface = make_surface(50);
   MorphTargets morphs = make_morphs(surface);
   for (std::size_t i = 0; i < surface.vertex_count(); i += 2) morphs.shapes[1].position[i].setZero();
-  const Glb glb(encode_glb(surface, morphs, info));
+  const Glb glb(encode_glb(surface, morphs, facts));
   const std::vector<Vector3f> bark = glb.vectors(glb.primitive(0)["targets"][1]["POSITION"]);
   EXPECT_EQ(bark, std::vector<Vector3f>(50, Vector3f::Zero()));
 }
@@ -343,14 +347,14 @@ TEST(EncodeGlb, SaysWhatIsInIt) {
 
 TEST(EncodeGlb, ColorsAreLinear) {
   Surface surface = make_surface(9);
-  surface.bark_color = {0.03F, 0.5F, 1};
-  const Glb glb(encode_glb(surface, make_morphs(surface), info));
+  surface.parts[0].material.color = {0.03F, 0.5F, 1};
+  const Glb glb(encode_glb(surface, make_morphs(surface), facts));
   const auto to_srgb = [](double linear) {
     return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
   };
   for (const std::size_t part : {0U, 1U}) {
     const json& material = glb.document["materials"].at(glb.primitive(part)["material"].get<std::size_t>());
-    const Vector3f& wanted = part == 0 ? surface.bark_color : surface.leaf_color;
+    const Vector3f& wanted = surface.parts[part].material.color;
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_NEAR(to_srgb(material["pbrMetallicRoughness"]["baseColorFactor"][k]), wanted[Eigen::Index(k)],
                   2e-5);
@@ -361,10 +365,77 @@ TEST(EncodeGlb, ColorsAreLinear) {
 
 TEST(EncodeGlb, APlantWithoutLeavesHasOnePrimitive) {
   Surface surface = make_surface(9);
-  surface.leaf_triangles.clear();
-  const Glb glb(encode_glb(surface, make_morphs(surface), info));
+  surface.parts[1].triangles.clear();
+  const Glb glb(encode_glb(surface, make_morphs(surface), facts));
   EXPECT_EQ(glb.document["meshes"][0]["primitives"].size(), 1U);
   EXPECT_EQ(glb.document["materials"].size(), 1U);
+}
+
+TEST(EncodeGlb, AsManyPartsAsTheSurfaceHasEachInItsMaterial) {
+  Surface surface = make_surface(30);
+  SurfacePart cloth = surface.parts[0];
+  cloth.material.name = "cloth";
+  cloth.material.roughness = 0.25F;
+  cloth.material.two_sided = true;
+  surface.parts.push_back(cloth);
+  const Glb glb(encode_glb(surface, make_morphs(surface), facts));
+  ASSERT_EQ(glb.document["meshes"][0]["primitives"].size(), 3U);
+  const json& material = glb.document["materials"].at(glb.primitive(2)["material"].get<std::size_t>());
+  EXPECT_EQ(material["name"], "cloth");
+  EXPECT_EQ(material["pbrMetallicRoughness"]["roughnessFactor"], 0.25);
+  EXPECT_TRUE(material["doubleSided"]);
+  EXPECT_EQ(glb.indices(2).size(), cloth.triangles.size());
+}
+
+// The table of a channel at a time, linear between keys.
+double weight_at(const Glb& glb, const json& sampler, double time, std::size_t target, std::size_t targets) {
+  const std::vector<double> times = glb.numbers(sampler["input"]), weights = glb.numbers(sampler["output"]);
+  std::size_t k = 1;
+  while (k + 1 < times.size() && times[k] < time) ++k;
+  const double part = (time - times[k - 1]) / (times[k] - times[k - 1]);
+  return (1 - part) * weights[(k - 1) * targets + target] + part * weights[k * targets + target];
+}
+
+TEST(EncodeGlb, EveryInstanceIsANodeWithItsOwnPlaceAndTime) {
+  const Surface surface = make_surface(30);
+  MorphTargets morphs = make_morphs(surface);
+  const Glb alone(encode_glb(surface, morphs, facts));
+  morphs.instances = {{},
+                      {.position = {1, 2, 3}, .turn = 0.7, .scale = 1.5, .time_shift = 0.7},
+                      {.position = {-4, 0, 0}, .time_shift = -1.3}};  // a period of 2 s: as the one before
+  const Glb glb(encode_glb(surface, morphs, facts));
+  EXPECT_EQ(glb.document["scenes"][0]["nodes"], json({0, 1, 2}));
+  EXPECT_EQ(glb.document["meshes"], alone.document["meshes"]);
+  const json &nodes = glb.document["nodes"], &animation = glb.document["animations"][0];
+  ASSERT_EQ(nodes.size(), 3U);
+  ASSERT_EQ(animation["channels"].size(), 3U);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Instance& instance = morphs.instances[i];
+    EXPECT_EQ(nodes[i]["mesh"], 0);
+    // glTF: scale, rotate by the quaternion, translate.
+    const Vec3 point(0.3, -0.2, 0.9);
+    const auto numbers = [&](const char* key, std::vector<double> otherwise) {
+      return nodes[i].contains(key) ? nodes[i][key].get<std::vector<double>>() : otherwise;
+    };
+    const auto t = numbers("translation", {0, 0, 0}), r = numbers("rotation", {0, 0, 0, 1}),
+               s = numbers("scale", {1, 1, 1});
+    const Eigen::Quaterniond q(r[3], r[0], r[1], r[2]);
+    const Vec3 placed =
+        q * (s[0] / glb.scale() * Vec3(point.x(), point.z(), -point.y())) + Vec3(t[0], t[1], t[2]);
+    const Vec3 wanted = instance.position + instance.scale * (instance.rotation() * point);
+    EXPECT_LT((Vec3(placed.x(), -placed.z(), placed.y()) - wanted).norm(), 1e-12);
+
+    EXPECT_EQ(animation["channels"][i]["target"], (json{{"node", i}, {"path", "weights"}}));
+    const json& sampler = animation["samplers"].at(animation["channels"][i]["sampler"].get<std::size_t>());
+    const json& plain = alone.document["animations"][0]["samplers"][0];
+    for (double time = 0.05; time < 2; time += 0.1) {
+      const double there = std::fmod(time + instance.time_shift + 4, 2);
+      for (std::size_t target = 0; target < 3; ++target)
+        EXPECT_NEAR(weight_at(glb, sampler, time, target, 3), weight_at(alone, plain, there, target, 3),
+                    1e-6);
+    }
+  }
+  EXPECT_EQ(nodes[1]["extras"]["tremula"]["time_shift_s"], 0.7);
 }
 
 TEST(EncodeGlb, APlantThatStandsStillHasNoAnimation) {
@@ -373,7 +444,7 @@ TEST(EncodeGlb, APlantThatStandsStillHasNoAnimation) {
   still.shapes.clear();
   still.targets.clear();
   still.weights.clear();
-  const Glb glb(encode_glb(surface, still, info));
+  const Glb glb(encode_glb(surface, still, facts));
   EXPECT_FALSE(glb.document.contains("animations"));
   EXPECT_FALSE(glb.primitive(0).contains("targets"));
   EXPECT_FALSE(glb.document["meshes"][0].contains("weights"));
@@ -382,12 +453,12 @@ TEST(EncodeGlb, APlantThatStandsStillHasNoAnimation) {
 TEST(EncodeGlb, GivesTheSameBytesEveryTime) {
   const Surface surface = make_surface(100);
   const MorphTargets morphs = make_morphs(surface);
-  EXPECT_EQ(encode_glb(surface, morphs, info), encode_glb(surface, morphs, info));
+  EXPECT_EQ(encode_glb(surface, morphs, facts), encode_glb(surface, morphs, facts));
 }
 
 TEST(EncodeGlb, ANameThatIsNotUtf8IsMended) {
   const Surface surface = make_surface(9);
-  LoopInfo odd = info;
+  LoopFacts odd = facts;
   odd.name = "b\xFCrke \"<\n";
   const Glb glb(encode_glb(surface, make_morphs(surface), odd));
   EXPECT_EQ(glb.document["nodes"][0]["name"], "b\xEF\xBF\xBDrke \"<\n");
@@ -399,7 +470,7 @@ TEST(EncodeGlb, RejectsWhatWouldBeNoMesh) {
     MorphTargets morphs = make_morphs(surface);
     spoil(surface, morphs);
     try {
-      encode_glb(surface, morphs, info);
+      encode_glb(surface, morphs, facts);
     } catch (const Error& error) {
       return error.what();
     }
@@ -408,8 +479,7 @@ TEST(EncodeGlb, RejectsWhatWouldBeNoMesh) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(message([](Surface&, MorphTargets&) {}), "accepted");
   EXPECT_THAT(message([](Surface& s, MorphTargets&) {
-                s.bark_triangles.clear();
-                s.leaf_triangles.clear();
+                for (SurfacePart& part : s.parts) part.triangles.clear();
               }),
               HasSubstr("no triangles"));
   EXPECT_THAT(message([&](Surface& s, MorphTargets&) { s.position[3].y() = nan; }), HasSubstr("not finite"));
@@ -427,14 +497,14 @@ TEST(WriteGlb, WritesTheBytesOrNothing) {
   const test::TemporaryFolder folder;
   const Surface surface = make_surface(9);
   const MorphTargets morphs = make_morphs(surface);
-  write_glb(folder / "tree.glb", surface, morphs, info);
+  write_glb(folder / "tree.glb", surface, morphs, facts);
   std::ifstream file(folder / "tree.glb", std::ios::binary);
   std::stringstream bytes;
   bytes << file.rdbuf();
-  EXPECT_EQ(bytes.str(), encode_glb(surface, morphs, info));
+  EXPECT_EQ(bytes.str(), encode_glb(surface, morphs, facts));
 
-  EXPECT_THROW(write_glb(folder / "no such folder/tree.glb", surface, morphs, info), Error);
-  EXPECT_THROW(write_glb(folder / "bad.glb", Surface{}, morphs, info), Error);
+  EXPECT_THROW(write_glb(folder / "no such folder/tree.glb", surface, morphs, facts), Error);
+  EXPECT_THROW(write_glb(folder / "bad.glb", Surface{}, morphs, facts), Error);
   EXPECT_FALSE(std::filesystem::exists(folder / "bad.glb"));
 }
 

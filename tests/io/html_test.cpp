@@ -28,7 +28,9 @@ struct Triangle {
     surface.texture = {{0, 0}, {1, 0}, {0, 1}};
     surface.branch = {0, 0, 0};
     surface.along = {0, 0, 1};
-    surface.bark_triangles = {0, 1, 2};
+    surface.parts.resize(1);
+    surface.parts[0].material.name = "bark";
+    surface.parts[0].triangles = {0, 1, 2};
     morphs.period = 1;
     morphs.frequencies = {2};
     morphs.shapes = {{{{0, 0, 0}, {0, 0, 0}, {0.1F, 0, 0}}, std::vector<Eigen::Vector3f>(3, {0, 0, 0})}};
@@ -83,12 +85,12 @@ TEST(EncodeHtml, ThePageHoldsTheLoop) {
   const Triangle t;
   // Names of different lengths, so that the data ends at every place of a group of three bytes.
   for (const char* name : {"a", "birch", "birch in the wind", "oak 17"}) {
-    const LoopInfo info{.name = name};
-    const std::string data = between(encode_html(t.surface, t.morphs, info),
+    const LoopFacts facts{.name = name};
+    const std::string data = between(encode_html(t.surface, t.morphs, facts),
                                      R"(<script id="loop" type="text/plain">)", "</script>");
     EXPECT_EQ(data.size() % 4, 0U);
     EXPECT_EQ(unpack_gzip(decode_base64(data)),
-              encode_glb(t.surface, t.morphs, info, {.compression = MeshCompression::meshopt}));
+              encode_glb(t.surface, t.morphs, facts, {.compression = MeshCompression::meshopt}));
   }
 }
 

@@ -13,6 +13,7 @@
 #include <matio.h>
 #include <nlohmann/json.hpp>
 
+#include "complaint.hpp"
 #include "support.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/io/skeleton_files.hpp"
@@ -26,17 +27,6 @@ inline void write_text(const std::string& path, std::string_view text) {
 }
 
 inline ImportedSkeleton read_text(std::string_view text) { return read_skeleton(text, "plant"); }
-
-// What a call has against its input; "" where nothing.
-template <typename Call>
-std::string complaint_of(Call call) {
-  try {
-    call();
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
-}
 
 inline std::string complaint_about_bytes(std::string_view bytes, const std::string& name) {
   return complaint_of([&] { read_skeleton(bytes, name); });

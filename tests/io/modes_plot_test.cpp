@@ -48,7 +48,7 @@ Drawn draw(const Skeleton& skeleton, int count, const ModesPlotOptions& options 
   Drawn drawn;
   drawn.modes = solve_modes(structure, {.count = count});
   drawn.quality = assess_modes(structure, drawn.modes, trunk_branches(skeleton));
-  drawn.svg = plot_modes(skeleton, structure, drawn.modes, drawn.quality, options);
+  drawn.svg = plot_modes(structure, drawn.modes, drawn.quality, options);
   for (const XmlElement& element : read_xml(drawn.svg)) {
     if (element.name == "text") drawn.texts.push_back(element.text);
     if (element.name == "g") {

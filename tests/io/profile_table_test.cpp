@@ -2,18 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include "tremula/base/error.hpp"
+#include "complaint.hpp"
 
 namespace tremula {
 namespace {
 
 std::string complaint_about(const std::string& text) {
-  try {
-    read_profile_table(text, "p.csv");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "none";
+  return test::complaint_of([&] { read_profile_table(text, "p.csv"); });
 }
 
 TEST(ReadProfileTable, FindsItsColumnsByNameWithTheirUnitsHoweverTheyAreWritten) {

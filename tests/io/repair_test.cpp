@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "complaint.hpp"
 #include "io/input_files.hpp"
 #include "tremula/numerics/random.hpp"
 
@@ -45,12 +46,7 @@ ImportedSkeleton mend(RawTree tree, bool allow_gaps = true) {
 }
 
 std::string complaint_about(RawTree tree, bool allow_gaps = true) {
-  try {
-    mend(std::move(tree), allow_gaps);
-    return "";
-  } catch (const InputError& error) {
-    return error.what();
-  }
+  return test::complaint_of([&] { mend(std::move(tree), allow_gaps); });
 }
 
 // Which raw branch each became, known by its radius.

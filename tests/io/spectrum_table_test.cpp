@@ -4,19 +4,14 @@
 
 #include <cmath>
 
+#include "complaint.hpp"
 #include "support.hpp"
-#include "tremula/base/error.hpp"
 
 namespace tremula {
 namespace {
 
 std::string complaint_about(const std::string& text) {
-  try {
-    read_spectrum_table(text, "s.csv");
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "none";
+  return test::complaint_of([&] { read_spectrum_table(text, "s.csv"); });
 }
 
 TEST(ReadSpectrumTable, FindsItsColumnsByNameAndPassesOverOthers) {

@@ -17,7 +17,7 @@ namespace {
 using test::read_xml;
 using test::XmlElement;
 
-const Box frame{50, 20, 400, 200};
+const PlotBox frame{50, 20, 400, 200};
 
 std::vector<XmlElement> drawn(const Plot& plot) {
   return read_xml(svg_document(500, 300, "plot", svg_plot(plot, frame)));
@@ -99,7 +99,8 @@ TEST(SvgPlot, RefusesAxesAndSeriesThatAreNone) {
   const double infinity = std::numeric_limits<double>::infinity();
   const Plot good{"", {"x", 0, 1}, {"y", 0, 1}, {}};
   EXPECT_NO_THROW(svg_plot(good, frame));
-  for (const Axis& axis : {Axis{"a", 1, 1}, Axis{"a", 2, 1}, Axis{"a", 0, 1, true}, Axis{"a", 0, infinity}}) {
+  for (const PlotAxis& axis :
+       {PlotAxis{"a", 1, 1}, PlotAxis{"a", 2, 1}, PlotAxis{"a", 0, 1, true}, PlotAxis{"a", 0, infinity}}) {
     Plot bad_x = good, bad_y = good;
     bad_x.x = bad_y.y = axis;
     EXPECT_THROW(svg_plot(bad_x, frame), Error);
@@ -116,7 +117,7 @@ TEST(AxisAround, HoldsAllValuesThatHaveAPlaceOnIt) {
                                                {-2, 0, 1e6}, {3, 3 + 1e-9}};
   for (const auto& values : cases) {
     for (const bool logarithmic : {false, true}) {
-      const Axis axis = axis_around("a", values, logarithmic);
+      const PlotAxis axis = axis_around("a", values, logarithmic);
       EXPECT_NO_THROW(svg_plot({"", axis, axis, {}}, frame));
       for (const double value : values) {
         if (std::isnan(value) || (logarithmic && value <= 0)) continue;

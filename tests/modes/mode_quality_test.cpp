@@ -3,14 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
 
+#include "frames.hpp"
 #include "trees.hpp"
 #include "tremula/modes/solve_modes.hpp"
-#include "tremula/structure/sparse_matrices.hpp"
+#include "tremula/reference/sparse_matrices.hpp"
 
 namespace tremula {
 namespace {
@@ -48,13 +50,13 @@ Eigen::MatrixX3d forces_of_moved_ground(const Skeleton& skeleton, const Structur
     leaf.branch += roots;
     lifted.leaves.push_back(leaf);
   }
-  Structure structure = assemble(lifted, options);
-  std::fill_n(structure.masses.begin(), roots, ElementMass{});
+  BeamTree tree = assemble_tree(lifted, options);
+  std::fill_n(tree.masses.begin(), roots, ElementMass{});
   Eigen::MatrixX3d forces(6 * skeleton.branch_count(), 3);
   for (int d = 0; d < 3; ++d) {
-    Eigen::VectorXd moved = Eigen::VectorXd::Zero(structure.size());
+    Eigen::VectorXd moved = Eigen::VectorXd::Zero(tree.size());
     for (Eigen::Index row = d; row < moved.size(); row += 6) moved[row] = 1;
-    forces.col(d) = apply_mass(structure, moved).tail(forces.rows());
+    forces.col(d) = apply_mass(tree, moved).tail(forces.rows());
   }
   return forces;
 }
@@ -63,7 +65,7 @@ TEST(ModeQuality, EffectiveMassesOfAllModesAddUpToWhatTheGroundCanMove) {
   const Skeleton skeleton = test::awkward_tree();
   const StructureOptions options{.material = wood};
   const Assessed all = assess(skeleton, options, all_modes);
-  const Eigen::MatrixXd mass = assemble_sparse(all.structure).mass;
+  const Eigen::MatrixXd mass = assemble_sparse(assemble_tree(skeleton, options)).mass;
   const Eigen::MatrixX3d forces = forces_of_moved_ground(skeleton, options);
   const Mat3 movable = forces.transpose() * mass.llt().solve(forces);
   // Completeness holds between directions too.
@@ -121,16 +123,25 @@ TEST(ModeQuality, BendingOfAUniformCantileverHasTheEffectiveMassOfTheClosedForm)
   }
 }
 
+// ln omega^2 of the lowest modes, by all eigenvalues of the compliance form.
+Eigen::ArrayXd log_omega_squares(const BeamTree& tree, int count) {
+  Eigen::MatrixXd form(tree.size(), tree.size());
+  for (Eigen::Index i = 0; i < tree.size(); ++i)
+    form.col(i) = apply_compliance_form(tree, Eigen::VectorXd::Unit(tree.size(), i));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(form, Eigen::EigenvaluesOnly);
+  return -solver.eigenvalues().tail(count).reverse().array().log();
+}
+
 // d ln omega^2 of every mode where some of the stiffnesses grow by a relative amount.
 using Scale = std::function<void(std::size_t branch, Compliance&, double factor)>;
-Eigen::ArrayXd sensitivity(const Structure& structure, int count, const Scale& scale) {
+Eigen::ArrayXd sensitivity(const BeamTree& tree, int count, const Scale& scale) {
   const double step = 1e-4;
-  const auto log_omega_square = [&](double change) -> Eigen::ArrayXd {
-    Structure changed = structure;
+  const auto log_omega_square = [&](double change) {
+    BeamTree changed = tree;
     for (std::size_t k = 0; k < changed.compliances.size(); ++k) {
       scale(k, changed.compliances[k], std::exp(-change));
     }
-    return 2 * solve_modes(changed, {.count = count}).frequency.array().log();
+    return log_omega_squares(changed, count);
   };
   return (log_omega_square(step) - log_omega_square(-step)) / (2 * step);
 }
@@ -140,18 +151,19 @@ TEST(ModeQuality, EnergySharesAreTheSensitivitiesOfTheFrequencies) {
   const std::vector<bool> trunk = trunk_branches(skeleton);
   const int count = 20;
   const Assessed found = assess(skeleton, {.material = wood}, count);
+  const BeamTree tree = assemble_tree(skeleton, {.material = wood});
   const auto bending_of = [&](bool of_trunk) {
     return [&trunk, of_trunk](std::size_t k, Compliance& c, double factor) {
       if (trunk[k] != of_trunk) return;
       for (double* value : {&c.deflection, &c.deflection_slope, &c.slope, &c.slope_held}) *value *= factor;
     };
   };
-  const auto of_trunk = sensitivity(found.structure, count, bending_of(true));
-  const auto of_branches = sensitivity(found.structure, count, bending_of(false));
-  const auto of_twist = sensitivity(found.structure, count,
-                                    [](std::size_t, Compliance& c, double factor) { c.torsion *= factor; });
-  const auto of_stretch = sensitivity(found.structure, count,
-                                      [](std::size_t, Compliance& c, double factor) { c.axial *= factor; });
+  const auto of_trunk = sensitivity(tree, count, bending_of(true));
+  const auto of_branches = sensitivity(tree, count, bending_of(false));
+  const auto of_twist =
+      sensitivity(tree, count, [](std::size_t, Compliance& c, double factor) { c.torsion *= factor; });
+  const auto of_stretch =
+      sensitivity(tree, count, [](std::size_t, Compliance& c, double factor) { c.axial *= factor; });
   for (int r = 0; r < count; ++r) {
     const EnergyShares& energy = found.quality.energy[std::size_t(r)];
     EXPECT_NEAR(energy.trunk, of_trunk[r], 1e-6) << "mode " << r + 1;
@@ -200,6 +212,9 @@ TEST(ModeQuality, AStemBendsAsATrunkTwistsAndStretchesAtTheFrequenciesOfARod) {
       case ModeKind::branch:
         ADD_FAILURE() << "a stem has no branches";
         break;
+      case ModeKind::bending:
+        ADD_FAILURE() << "a stem has a trunk";
+        break;
     }
   }
   const auto count = [&](ModeKind kind) {
@@ -228,6 +243,51 @@ TEST(ModeQuality, AThinBranchOnAHeavyTrunkMovesAlone) {
     EXPECT_EQ(found.quality.kind[r], ModeKind::branch);
     EXPECT_LT(found.quality.effective_mass_share().row(Eigen::Index(r)).maxCoeff(), 1e-3);
   }
+}
+
+TEST(ModeQuality, OfATreeSaidAsAFrameIsThatOfTheTree) {
+  const Skeleton skeleton = test::random_tree(30, 4);
+  const int count = 12;
+  const Assessed tree = assess(skeleton, {.material = wood}, count);
+  const Structure frame = assemble(test::frame_of(skeleton, wood));
+  const Modes modes = solve_modes(frame, {.count = count});
+  const ModeQuality found = assess_modes(frame, modes, trunk_branches(skeleton));
+  EXPECT_NEAR(found.total_mass / tree.quality.total_mass, 1, 1e-12);
+  EXPECT_LT((found.participation - tree.quality.participation).norm(),
+            1e-5 * tree.quality.participation.norm());
+  for (std::size_t r = 0; r < std::size_t{count}; ++r) {
+    EXPECT_EQ(found.kind[r], tree.quality.kind[r]) << "mode " << r + 1;
+    const EnergyShares &energy = found.energy[r], &wanted = tree.quality.energy[r];
+    EXPECT_NEAR(energy.trunk, wanted.trunk, 1e-5) << "mode " << r + 1;
+    EXPECT_NEAR(energy.branch, wanted.branch, 1e-5) << "mode " << r + 1;
+    EXPECT_NEAR(energy.torsion, wanted.torsion, 1e-5) << "mode " << r + 1;
+    EXPECT_NEAR(energy.axial, wanted.axial, 1e-5) << "mode " << r + 1;
+  }
+}
+
+TEST(ModeQuality, AFrameHasNoTrunkAndBends) {
+  const Structure structure = assemble(test::table(4, wood));
+  const Modes modes = solve_modes(structure, {.count = 30});
+  const ModeQuality found = assess_modes(structure, modes, std::vector<bool>(structure.members.size()));
+  EXPECT_EQ(found.kind.front(), ModeKind::bending);
+  for (std::size_t r = 0; r < 30; ++r) {
+    EXPECT_EQ(found.energy[r].trunk, 0) << "mode " << r + 1;
+    EXPECT_NE(found.kind[r], ModeKind::trunk) << "mode " << r + 1;
+    EXPECT_NE(found.kind[r], ModeKind::branch) << "mode " << r + 1;
+  }
+}
+
+// All modes together: 1_d^T M_af M_ff^-1 M_fa 1_d, less than the mass by what hangs on the clamped feet.
+TEST(ModeQuality, EffectiveMassesOfAFrameAddUpToWhatTheGroundCanMove) {
+  const Structure structure = assemble(test::table(2, wood));
+  const Modes modes = solve_modes(structure, {.count = all_modes});
+  const ModeQuality found = assess_modes(structure, modes, std::vector<bool>(structure.members.size()));
+  const GroundInertia inertia = structure.find_ground_inertia();
+  const Eigen::MatrixXd mass = assemble_frame(test::table(2, wood)).mass;
+  const Mat3 movable = inertia.forces.transpose() * mass.llt().solve(inertia.forces);
+  const Mat3 sum = found.participation.transpose() * found.participation;
+  EXPECT_LT((sum - movable).norm(), 1e-9 * movable.norm());
+  for (int d = 0; d < 3; ++d) EXPECT_LT(movable(d, d), found.total_mass);
 }
 
 }  // namespace

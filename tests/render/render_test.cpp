@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -29,9 +30,13 @@ void add_rectangle(Surface& surface, bool leaf, const Vector3f& middle, const Ve
     surface.branch.push_back(0);
     surface.along.push_back(0);
   }
-  auto& triangles = leaf ? surface.leaf_triangles : surface.bark_triangles;
+  if (surface.parts.empty()) {
+    const SurfaceOptions materials;
+    surface.parts = {{materials.tube, {}}, {materials.leaf, {}}};
+  }
+  if (leaf) surface.parts[1].pieces = {.first_vertex = first, .size = 4, .count = 1};
+  auto& triangles = surface.parts[leaf ? 1 : 0].triangles;
   triangles.insert(triangles.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
-  if (!leaf) surface.first_leaf_vertex = first + 4;
 }
 
 Image render(const Surface& surface, const Camera& camera, const RenderOptions& options) {
@@ -147,10 +152,27 @@ TEST(RenderSurface, AStemDarkensTheGroundAtItsFoot) {
   EXPECT_LT(near, 0.95 * far);
 }
 
+TEST(RenderSurface, NothingIsDrawnIntoAPartOfAnotherName) {
+  const Camera camera = frame_extent({-0.1, -1, 0}, {0.1, 1, 2}, 0, 0, 1);
+  const auto picture = [&](const char* name, float stretch) {
+    Surface surface;
+    add_rectangle(surface, false, {0, 0, 1}, {0, 1, 0}, {0, 0, 1});
+    surface.parts[0].material.name = name;
+    surface.parts[0].material.color = {0.2F, 0.3F, 0.7F};
+    for (Eigen::Vector2f& place : surface.texture) place *= stretch;
+    return render(surface, camera, {.width = 60, .height = 60}).rgb;
+  };
+  EXPECT_EQ(picture("cloth", 1), picture("cloth", 3));
+  EXPECT_NE(picture("bark", 1), picture("bark", 3));
+  EXPECT_NE(picture("bark", 1), picture("cloth", 1));
+  const std::vector<std::uint8_t> cloth = picture("cloth", 1);
+  const std::size_t middle = 3 * (30 * 60 + 30);
+  EXPECT_GT(cloth[middle + 2], cloth[middle]);  // blue, as its material says
+}
+
 TEST(RenderSurface, LeavesGlowYellowerAgainstTheSun) {
   Surface surface;
   add_rectangle(surface, true, {0, 0, 1}, {0, 1, 0}, {0, 0, 1});
-  surface.first_leaf_vertex = 0;
   const Camera camera = frame_extent({-0.1, -1, 0}, {0.1, 1, 2}, 0, 0.1, 1);
   const auto color = [&](double sun_azimuth) {
     const Image image = render(surface, camera,
@@ -296,10 +318,10 @@ TEST(RenderSurface, RefusesWhatIsNotASurface) {
   broken.pop_back();
   EXPECT_EQ(error_of(surface, broken, surface.normal),
             "surface to render: 3 positions, 4 normals and 4 texture coordinates, wanted 4 each");
-  surface.leaf_triangles = {0, 1, 4};
+  surface.parts[1].triangles = {0, 1, 4};
   EXPECT_EQ(error_of(surface, surface.position, surface.normal),
             "surface to render: index 4, wanted one below 4");
-  surface.leaf_triangles = {0, 1};
+  surface.parts[1].triangles = {0, 1};
   EXPECT_EQ(error_of(surface, surface.position, surface.normal),
             "surface to render: 2 indices, wanted 3 per triangle");
 }

@@ -48,16 +48,24 @@ TEST(MakeFog, HoldsTheProjectedAreaOfTheTriangles) {
            fog.cell;
   };
   const Vector3f low(0, 0, 0), high(3, 2, 1);
-  EXPECT_NEAR(total(make_fog(positions, {}, large, low, high, 30)), 0.5F * large_area, 1e-4F);
-  EXPECT_NEAR(total(make_fog(positions, large, {}, low, high, 30)), 0.25F * large_area, 1e-4F);
-  EXPECT_NEAR(total(make_fog(positions, {}, small, low, high, 30)), 0.5F * small_area, 1e-6F);
+  const auto fog_of = [&](const std::vector<std::uint32_t>& triangles, bool thin, int cells) {
+    FogGrid made = make_fog(low, high, cells);
+    SurfacePart part;
+    part.material.two_sided = thin;
+    part.triangles = triangles;
+    add_fog(made, positions, part);
+    return made;
+  };
+  EXPECT_NEAR(total(fog_of(large, true, 30)), 0.5F * large_area, 1e-4F);
+  EXPECT_NEAR(total(fog_of(large, false, 30)), 0.25F * large_area, 1e-4F);
+  EXPECT_NEAR(total(fog_of(small, true, 30)), 0.5F * small_area, 1e-6F);
   // A large triangle is spread over the cells that it crosses: about area / cell^2 of them.
-  const FogGrid fog = make_fog(positions, {}, large, low, high, 6);
+  const FogGrid fog = fog_of(large, true, 6);
   const auto cells =
       std::count_if(fog.extinction.begin(), fog.extinction.end(), [](float e) { return e > 0; });
   EXPECT_GT(cells, large_area / (fog.cell * fog.cell));
   // … evenly: its middle stays where it was.
-  const FogGrid fine = make_fog(positions, {}, large, low, high, 60);
+  const FogGrid fine = fog_of(large, true, 60);
   Vector3f sum = Vector3f::Zero();
   float weight = 0;
   for (int z = 0; z < fine.size.z(); ++z) {

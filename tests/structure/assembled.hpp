@@ -4,7 +4,7 @@
 #pragma once
 
 #include "tremula/geometry/skeleton.hpp"
-#include "tremula/structure/structure.hpp"
+#include "tremula/structure/beam_tree.hpp"
 
 #include <Eigen/LU>
 
@@ -13,8 +13,8 @@ namespace tremula::test {
 using Matrix12 = Eigen::Matrix<double, 12, 12>;
 
 // Rows: x y z and rotations of the start, then of the end; local x along the branch.
-inline Matrix12 local_stiffness(const Structure& structure, std::size_t k) {
-  const Compliance& c = structure.compliances[k];
+inline Matrix12 local_stiffness(const BeamTree& tree, std::size_t k) {
+  const Compliance& c = tree.compliances[k];
   Mat6 flexibility = Mat6::Zero();
   flexibility(0, 0) = c.axial;
   flexibility(1, 1) = flexibility(2, 2) = c.deflection;
@@ -22,7 +22,7 @@ inline Matrix12 local_stiffness(const Structure& structure, std::size_t k) {
   flexibility(4, 4) = flexibility(5, 5) = c.slope;
   flexibility(1, 5) = flexibility(5, 1) = c.deflection_slope;
   flexibility(2, 4) = flexibility(4, 2) = -c.deflection_slope;
-  const double L = structure.beams[k].length;
+  const double L = tree.members[k].beam.length;
   Mat6 carry = Mat6::Identity();  // end displacement of a rigid beam from the start's
   carry(1, 5) = L;
   carry(2, 4) = -L;
@@ -31,8 +31,8 @@ inline Matrix12 local_stiffness(const Structure& structure, std::size_t k) {
   return relative.transpose() * flexibility.inverse() * relative;
 }
 
-inline Matrix12 local_mass(const Structure& structure, std::size_t k) {
-  const ElementMass& m = structure.masses[k];
+inline Matrix12 local_mass(const BeamTree& tree, std::size_t k) {
+  const ElementMass& m = tree.masses[k];
   Matrix12 matrix = Matrix12::Zero();
   const int axial[] = {0, 6}, torsion[] = {3, 9}, xy[] = {1, 5, 7, 11}, xz[] = {2, 4, 8, 10};
   const double sign[] = {1, -1, 1, -1};  // slope of z along x is minus the rotation about y
@@ -55,10 +55,10 @@ struct Assembled {
   Eigen::MatrixXd stiffness, mass;
 };
 
-inline Assembled assemble_dense(const Skeleton& skeleton, const Structure& structure) {
-  Assembled global{Eigen::MatrixXd::Zero(structure.size(), structure.size()),
-                   Eigen::MatrixXd::Zero(structure.size(), structure.size())};
-  for (int k = 0; k < structure.branch_count(); ++k) {
+inline Assembled assemble_dense(const Skeleton& skeleton, const BeamTree& tree) {
+  Assembled global{Eigen::MatrixXd::Zero(tree.size(), tree.size()),
+                   Eigen::MatrixXd::Zero(tree.size(), tree.size())};
+  for (int k = 0; k < tree.branch_count(); ++k) {
     const auto index = static_cast<std::size_t>(k);
     const Branch& branch = skeleton.branches[index];
     const Vec3 x = (branch.end - branch.start).normalized(), y = x.unitOrthogonal();
@@ -67,7 +67,7 @@ inline Assembled assemble_dense(const Skeleton& skeleton, const Structure& struc
     Matrix12 rotation = Matrix12::Zero();
     for (int block = 0; block < 4; ++block) rotation.block<3, 3>(3 * block, 3 * block) = local_to_world;
     // T_k: from the nodes to the ends of the branch; the start may be an arm away from its node.
-    Eigen::MatrixXd select = Eigen::MatrixXd::Zero(12, structure.size());
+    Eigen::MatrixXd select = Eigen::MatrixXd::Zero(12, tree.size());
     select.block<6, 6>(6, 6 * k).setIdentity();
     if (const int parent = skeleton.parent(k); parent >= 0) {
       const Vec3 arm = branch.start - skeleton.node_position(branch.start_node);
@@ -75,9 +75,8 @@ inline Assembled assemble_dense(const Skeleton& skeleton, const Structure& struc
       select.block<3, 3>(0, 6 * parent + 3) << 0, arm[2], -arm[1], -arm[2], 0, arm[0], arm[1], -arm[0], 0;
     }
     global.stiffness +=
-        select.transpose() * rotation * local_stiffness(structure, index) * rotation.transpose() * select;
-    global.mass +=
-        select.transpose() * rotation * local_mass(structure, index) * rotation.transpose() * select;
+        select.transpose() * rotation * local_stiffness(tree, index) * rotation.transpose() * select;
+    global.mass += select.transpose() * rotation * local_mass(tree, index) * rotation.transpose() * select;
   }
   return global;
 }

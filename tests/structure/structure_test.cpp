@@ -1,20 +1,21 @@
 #include "tremula/structure/structure.hpp"
 
 #include "tremula/base/error.hpp"
-#include "tremula/structure/sparse_matrices.hpp"
+#include "tremula/numerics/random.hpp"
+#include "tremula/structure/mode_count.hpp"
 
 #include <cmath>
-#include <limits>
 #include <numbers>
+#include <numeric>
+#include <vector>
 
 #include <gtest/gtest.h>
-#include "assembled.hpp"
+#include <Eigen/Cholesky>
+#include "frames.hpp"
 #include "trees.hpp"
 
 namespace tremula {
 namespace {
-
-using std::numbers::pi;
 
 const Material wood{"wood", 9e9, 7e8, 950, ""};
 
@@ -26,184 +27,230 @@ Eigen::VectorXd random_vector(Eigen::Index size, std::uint64_t seed) {
   return vector;
 }
 
-TEST(SolveStatic, GivesTheClosedFormsOfACantilever) {
-  const double L = 2, r = 0.03, EI = wood.youngs_modulus * pi * std::pow(r, 4) / 4;
-  for (const int pieces : {1, 7}) {
-    const Structure structure = assemble(test::straight_stem(pieces, L, r, r), {.material = wood});
-    Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
-    force[6 * (pieces - 1)] = 10;  // across, at the tip
-    const Eigen::VectorXd u = solve_static(structure, force);
-    EXPECT_NEAR(u[6 * (pieces - 1)] * 3 * EI / (10 * L * L * L), 1, 1e-12);
-    EXPECT_NEAR(u[6 * (pieces - 1) + 4] * 2 * EI / (10 * L * L), 1, 1e-12);
+// Tapered elements, two clamps at two heights, a node below them, and masses on a free and on a held node.
+Frame loaded_arch() {
+  Frame frame;
+  frame.nodes = {{0, 0, 0.2}, {0.3, 0.1, 1}, {1.1, -0.2, 1.2}, {1.5, 0, 0.1}, {0.8, 0.5, -0.3}};
+  frame.clamped = {3, 0};
+  const Material heavy{"heavy", 1.1e10, 8e8, 1100, ""};
+  frame.elements = {test::make_element(0, 1, 0.03, 0.02, wood), test::make_element(2, 1, 0.015, 0.02, heavy),
+                    test::make_element(2, 3, 0.02, 0.025, wood), test::make_element(1, 4, 0.02, 0.01, heavy)};
+  frame.masses = {{2, 0.7}, {0, 0.4}};
+  return frame;
+}
+
+TEST(StructureOfAFrame, HasTheMassAndTheFlexibilityOfTheAssembledMatrices) {
+  for (const FrameOptions& options :
+       {FrameOptions{}, FrameOptions{.section = Section::paper, .rotatory_inertia = false}}) {
+    const FrameMatrices matrices = assemble_frame(loaded_arch(), options);
+    const Structure structure = assemble(loaded_arch(), options);
+    ASSERT_EQ(structure.size(), matrices.size());
+    const Eigen::VectorXd u = random_vector(structure.size(), 1), f = random_vector(structure.size(), 2);
+    const Eigen::VectorXd inertia = Eigen::MatrixXd(matrices.mass) * u;
+    EXPECT_LT((structure.mass(u) - inertia).norm(), 1e-14 * inertia.norm());
+    const Eigen::VectorXd bent = Eigen::MatrixXd(matrices.stiffness).ldlt().solve(f);
+    EXPECT_LT((structure.flexibility(f) - bent).norm(), 1e-10 * bent.norm());
+    EXPECT_LT((matrices.stiffness * structure.flexibility(f) - f).norm(), 1e-10 * f.norm());
   }
 }
 
-TEST(SolveStatic, OnASpringAddsWhatTheFootGivesWay) {
-  const double L = 2, r = 0.03, EI = wood.youngs_modulus * pi * std::pow(r, 4) / 4;
-  const RootSpring spring{.translation = 4e4, .rotation = 3e3};
-  for (const int pieces : {1, 7}) {
-    const Structure structure =
-        assemble(test::straight_stem(pieces, L, r, r), {.material = wood, .root = spring});
-    Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
-    force[6 * (pieces - 1)] = 10;       // across, at the tip
-    force[6 * (pieces - 1) + 5] = 0.7;  // twist
-    const Eigen::VectorXd u = solve_static(structure, force);
-    const double wanted = 10 * (L * L * L / (3 * EI) + 1 / spring.translation + L * L / spring.rotation);
-    EXPECT_NEAR(u[6 * (pieces - 1)] / wanted, 1, 1e-12);
-    const Vec6 foot = foot_displacement(structure, u, 0);
-    EXPECT_NEAR(foot[0] * spring.translation / 10, 1, 1e-11);
-    EXPECT_NEAR(foot[4] * spring.rotation / (10 * L), 1, 1e-11);
-    EXPECT_NEAR(foot[5] * spring.rotation / 0.7, 1, 1e-11);
-    EXPECT_LT((apply_stiffness(structure, u) - force).norm(), 1e-9 * force.norm());
+TEST(StructureOfATree, HasTheMassAndTheFlexibilityOfTheSweeps) {
+  for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e5, .rotation = 2e3}}) {
+    const StructureOptions options{.material = wood, .root = root};
+    const BeamTree tree = assemble_tree(test::awkward_tree(), options);
+    const Structure structure = assemble(test::awkward_tree(), options);
+    ASSERT_EQ(structure.size(), tree.size());
+    const Eigen::VectorXd u = random_vector(structure.size(), 3);
+    EXPECT_EQ(structure.mass(u), apply_mass(tree, u));
+    EXPECT_EQ(structure.flexibility(u), solve_static(tree, u));
   }
 }
 
-TEST(FootDisplacement, IsZeroOnARigidRoot) {
-  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
-  const Eigen::VectorXd u = random_vector(structure.size(), 3);
-  EXPECT_EQ(foot_displacement(structure, u, 0), Vec6(Vec6::Zero()));
-}
-
-TEST(FootDisplacement, OfTwoStemsIsWhatTheirSpringsBearTogether) {
-  const RootSpring spring{.translation = 2e5, .rotation = 5e3};
-  const Skeleton skeleton = test::awkward_tree();
-  const Structure structure = assemble(skeleton, {.material = wood, .root = spring});
-  const Eigen::VectorXd force = random_vector(structure.size(), 6);
-  const Eigen::VectorXd u = solve_static(structure, force);
-  Vec3 load = Vec3::Zero(), moment = Vec3::Zero(), borne = Vec3::Zero(), borne_moment = Vec3::Zero();
-  int stems = 0;
-  for (int k = 0; k < skeleton.branch_count(); ++k) {
-    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
-    const Vec3 at_node = force.segment<3>(6 * k);
-    load += at_node;
-    moment += force.segment<3>(6 * k + 3) + branch.end.cross(at_node);
-    if (skeleton.parent(k) >= 0) continue;
-    ++stems;
-    const Vec6 foot = foot_displacement(structure, u, k);
-    const Vec3 on_ground = spring.translation * foot.head<3>();
-    borne += on_ground;
-    borne_moment += spring.rotation * foot.tail<3>() + branch.start.cross(on_ground);
-  }
-  EXPECT_GE(stems, 2);
-  EXPECT_LT((borne - load).norm(), 1e-10 * load.norm());
-  EXPECT_LT((borne_moment - moment).norm(), 1e-10 * moment.norm());
-}
-
-TEST(SolveStatic, OfACutUpConeIsThatOfTheWholeCone) {
-  const Structure whole = assemble(test::straight_stem(1, 3, 0.06, 0.01), {.material = wood});
-  const Structure pieces = assemble(test::straight_stem(16, 3, 0.06, 0.01), {.material = wood});
-  for (int row = 0; row < 6; ++row) {
-    Eigen::VectorXd on_whole = Eigen::VectorXd::Zero(6), on_pieces = Eigen::VectorXd::Zero(96);
-    on_whole[row] = on_pieces[90 + row] = 1;
-    const Eigen::VectorXd wanted = solve_static(whole, on_whole);
-    EXPECT_LT((solve_static(pieces, on_pieces).tail<6>() - wanted).norm(), 1e-11 * wanted.norm());
+TEST(Structure, OfATreeSaidAsAFrameDoesTheSame) {
+  const Skeleton skeleton = test::random_tree(30, 11);
+  const Structure tree = assemble(skeleton, {.material = wood});
+  const Structure frame = assemble(test::frame_of(skeleton, wood));
+  ASSERT_EQ(frame.size(), tree.size());
+  const Eigen::VectorXd u = random_vector(tree.size(), 4);
+  const Eigen::VectorXd inertia = tree.mass(u), bent = tree.flexibility(u);
+  EXPECT_LT((frame.mass(u) - inertia).norm(), 1e-13 * inertia.norm());
+  EXPECT_LT((frame.flexibility(u) - bent).norm(), 1e-8 * bent.norm());
+  const GroundInertia of_tree = tree.find_ground_inertia(), of_frame = frame.find_ground_inertia();
+  EXPECT_NEAR(of_frame.total_mass / of_tree.total_mass, 1, 1e-13);
+  EXPECT_LT((of_frame.forces - of_tree.forces).norm(), 1e-13 * of_tree.forces.norm());
+  ASSERT_EQ(frame.nodes.size(), tree.nodes.size());
+  for (std::size_t i = 0; i < tree.nodes.size(); ++i) {
+    EXPECT_EQ(frame.nodes[i].position, tree.nodes[i].position) << i;
+    EXPECT_EQ(frame.nodes[i].row, tree.nodes[i].row) << i;
   }
 }
 
-TEST(Structure, OperatorsAgreeWithAssembledMatrices) {
-  const Skeleton skeleton = test::awkward_tree();
-  for (const StructureOptions& options :
-       {StructureOptions{.material = wood}, StructureOptions{.material = wood, .section = Section::paper},
-        StructureOptions{.material = wood, .root = {.translation = 1e5, .rotation = 2e3}}}) {
-    const Structure structure = assemble(skeleton, options);
-    const test::Assembled dense = test::assemble_dense(skeleton, structure);
-    const Eigen::VectorXd u = random_vector(structure.size(), 9);
-    const Eigen::VectorXd inertia = dense.mass * u, elastic = dense.stiffness * u;
-    EXPECT_LT((apply_mass(structure, u) - inertia).norm(), 1e-13 * inertia.norm());
-    EXPECT_LT((apply_stiffness(structure, u) - elastic).norm(), 1e-12 * elastic.norm());
-    const Eigen::VectorXd solved = dense.stiffness.ldlt().solve(u);
-    EXPECT_LT((solve_static(structure, u) - solved).norm(), 1e-8 * solved.norm());
+TEST(Structure, KeepsInACopyWhatItsFunctionsWorkOn) {
+  const auto forget = [](Structure structure) { return structure; };
+  for (const Structure& copy :
+       {forget(assemble(test::awkward_tree(), {.material = wood})), forget(assemble(loaded_arch()))}) {
+    EXPECT_TRUE(copy.mass(copy.flexibility(random_vector(copy.size(), 5))).allFinite());
+    for (const Member& member : copy.members) EXPECT_NEAR(member.direction.norm(), 1, 1e-14);
+    EXPECT_EQ(copy.find_ground_inertia().forces.rows(), copy.size());
+    EXPECT_EQ(copy.find_sites().point_count(), static_cast<Eigen::Index>(copy.members.size()));
   }
 }
 
-TEST(AssembleSparse, GivesTheMatricesOfTheOperators) {
-  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
-  const SparseMatrices matrices = assemble_sparse(structure);
-  const Eigen::VectorXd u = random_vector(structure.size(), 17);
-  const Eigen::VectorXd inertia = apply_mass(structure, u), elastic = apply_stiffness(structure, u);
-  EXPECT_LT((matrices.mass * u - inertia).norm(), 1e-13 * inertia.norm());
-  EXPECT_LT((matrices.stiffness * u - elastic).norm(), 1e-12 * elastic.norm());
+TEST(Structure, RefusesVectorsOfAnotherSize) {
+  for (const Structure& structure :
+       {assemble(test::awkward_tree(), {.material = wood}), assemble(loaded_arch())}) {
+    for (const Eigen::Index size : {Eigen::Index{0}, structure.size() - 6, structure.size() + 1}) {
+      EXPECT_THROW(structure.mass(Eigen::VectorXd::Ones(size)), InputError) << size;
+      EXPECT_THROW(structure.flexibility(Eigen::VectorXd::Ones(size)), InputError) << size;
+    }
+  }
 }
 
-TEST(Structure, StiffnessUndoesTheStaticSolve) {
-  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
-  const Eigen::VectorXd force = random_vector(structure.size(), 4);
-  EXPECT_LT((apply_stiffness(structure, solve_static(structure, force)) - force).norm(), 1e-8 * force.norm());
+TEST(Assemble, RefusesWhatIsNoTreeAndNoFrame) {
+  EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, 0.1), {.root = {.rotation = -1}}), InputError);
+  EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, -0.1), {}), InputError);
+  Frame loose = loaded_arch();
+  loose.clamped.clear();
+  EXPECT_THROW(assemble(loose), InputError);
 }
 
-TEST(Structure, ComplianceFormIsSymmetricAndCarriesTheKineticEnergy) {
-  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
-  const Eigen::VectorXd a = random_vector(structure.size(), 1), b = random_vector(structure.size(), 2);
-  const double ab = a.dot(apply_compliance_form(structure, b)),
-               ba = b.dot(apply_compliance_form(structure, a));
-  EXPECT_NEAR(ab / ba, 1, 1e-12);
-  const Eigen::VectorXd q = displacement_from_compliance_form(structure, a);
-  EXPECT_NEAR(a.dot(apply_compliance_form(structure, a)) / q.dot(apply_mass(structure, q)), 1, 1e-12);
-  EXPECT_NEAR(a.squaredNorm() / q.dot(apply_stiffness(structure, q)), 1, 1e-9);
+TEST(GroundInertia, OfAFrameWeighsItsWoodAndItsMassesHeldOrNot) {
+  const Frame frame = loaded_arch();
+  double mass = 0.7 + 0.4;
+  for (const FrameElement& element : frame.elements) {
+    const double a = element.start_radius, b = element.end_radius;
+    const double length = (frame.nodes[static_cast<std::size_t>(element.end_node)] -
+                           frame.nodes[static_cast<std::size_t>(element.start_node)])
+                              .norm();
+    mass += element.material.density * std::numbers::pi / 3 * (a * a + a * b + b * b) * length;
+  }
+  EXPECT_NEAR(assemble(frame).find_ground_inertia().total_mass / mass, 1, 1e-13);
 }
 
-TEST(Structure, MovedAsOneWeighsWhatItsWoodAndLeavesWeigh) {
+// M over all nodes, held ones too: what held them hangs on one more node, which adds nothing to the rows of
+// the others.
+TEST(GroundInertia, OfAFrameIsTheMassMatrixOfAllItsNodesMovedAsOne) {
+  const Frame frame = loaded_arch();
+  Frame freed = frame;
+  freed.nodes.emplace_back(0.7, 0.3, -1);
+  const int anchor = static_cast<int>(frame.nodes.size());
+  for (const int node : frame.clamped)
+    freed.elements.push_back(test::make_element(anchor, node, 0.01, 0.01, wood));
+  freed.clamped = {anchor};
+  for (const bool rotatory : {false, true}) {
+    const FrameOptions options{.rotatory_inertia = rotatory};
+    const FrameMatrices all = assemble_frame(freed, options);
+    const Structure structure = assemble(frame, options);
+    const GroundInertia found = structure.find_ground_inertia();
+    ASSERT_EQ(found.forces.rows(), structure.size());
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::VectorXd moved = Eigen::VectorXd::Zero(all.size());
+      for (Eigen::Index row = axis; row < moved.size(); row += 6) moved[row] = 1;
+      const Eigen::VectorXd forces = all.mass * moved;
+      for (std::size_t node = 0; node < structure.nodes.size(); ++node) {
+        const Eigen::Index row = structure.nodes[node].row;
+        if (row < 0) continue;
+        const Vec6 wanted = forces.segment<6>(all.row[node]);
+        EXPECT_LT((found.forces.col(axis).segment<6>(row) - wanted).norm(), 1e-13 * forces.norm())
+            << "node " << node << ", axis " << axis;
+      }
+    }
+  }
+}
+
+TEST(NodeDisplacement, IsThatOfTheRowsOfTheNodeAndZeroWhereTheGroundHoldsIt) {
+  const Frame frame = loaded_arch();
+  const FrameMatrices matrices = assemble_frame(frame);
+  const Structure structure = assemble(frame);
+  ASSERT_EQ(structure.nodes.size(), frame.nodes.size());
+  const Eigen::VectorXd u = random_vector(structure.size(), 6);
+  for (std::size_t node = 0; node < frame.nodes.size(); ++node) {
+    EXPECT_EQ(structure.nodes[node].position, frame.nodes[node]);
+    EXPECT_EQ(structure.nodes[node].row, matrices.row[node]);
+    const Vec6 wanted = matrices.row[node] < 0 ? Vec6(Vec6::Zero()) : Vec6(u.segment<6>(matrices.row[node]));
+    EXPECT_EQ(node_displacement(structure, u, node), wanted) << node;
+  }
+}
+
+TEST(NodeDisplacement, OfARootIsThatOfTheFootOfTheFirstBranchOnIt) {
+  Skeleton skeleton = test::awkward_tree();
+  skeleton.branches.push_back(test::make_branch(0, Vec3::Zero(), Vec3(-0.3, 0.2, 0.6), 0.02, 0.01));
+  skeleton.roots.emplace_back(4, 4, 0);  // nothing stands here
+  for (Branch& branch : skeleton.branches) {
+    if (branch.start_node > 1) ++branch.start_node;
+  }
+  for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e5, .rotation = 2e3}}) {
+    const Structure structure = assemble(skeleton, {.material = wood, .root = root});
+    ASSERT_EQ(static_cast<int>(structure.nodes.size()), skeleton.node_count());
+    const Eigen::VectorXd u = random_vector(structure.size(), 7);
+    for (int node = 0; node < skeleton.node_count(); ++node) {
+      const auto index = static_cast<std::size_t>(node);
+      EXPECT_EQ(structure.nodes[index].position, skeleton.node_position(node));
+      Vec6 wanted = Vec6::Zero();
+      if (node >= skeleton.root_count()) {
+        wanted = u.segment<6>(6 * (node - skeleton.root_count()));
+      } else {
+        for (int k = skeleton.branch_count() - 1; k >= 0; --k) {
+          if (skeleton.branches[static_cast<std::size_t>(k)].start_node == node)
+            wanted = foot_displacement(structure.members[static_cast<std::size_t>(k)], u);
+        }
+      }
+      EXPECT_EQ(node_displacement(structure, u, index), wanted) << node;
+    }
+    EXPECT_EQ(node_displacement(structure, u, 0).norm() > 0, std::isfinite(root.rotation));
+    EXPECT_EQ(node_displacement(structure, u, 2), Vec6(Vec6::Zero()));
+  }
+}
+
+TEST(GroundHeight, IsThatOfTheLowestHeldNodeHoweverLowTheOthersHang) {
+  EXPECT_EQ(ground_height(assemble(loaded_arch())), 0.1);
+  Skeleton skeleton = test::awkward_tree();
+  for (Vec3* point : {&skeleton.roots[1], &skeleton.branches[12].start}) point->z() = -0.4;
+  skeleton.branches[12].end.z() = -2;
+  EXPECT_EQ(ground_height(assemble(skeleton, {})), -0.4);
+}
+
+// A member is the element between its two nodes, whichever of them are held.
+TEST(Member, BeginsAndEndsWhereItsNodesAreAndMovesWithThem) {
+  const Frame frame = loaded_arch();
+  const Structure structure = assemble(frame);
+  ASSERT_EQ(structure.members.size(), frame.elements.size());
+  const Eigen::VectorXd u = random_vector(structure.size(), 8);
+  for (std::size_t k = 0; k < frame.elements.size(); ++k) {
+    const Member& member = structure.members[k];
+    const auto start = static_cast<std::size_t>(frame.elements[k].start_node),
+               end = static_cast<std::size_t>(frame.elements[k].end_node);
+    EXPECT_LT((member.point(0) - frame.nodes[start]).norm(), 1e-15);
+    EXPECT_LT((member.point(1) - frame.nodes[end]).norm(), 1e-15);
+    const EndDisplacements ends = end_displacements(member, u);
+    Vec6 at_start, at_end;
+    at_start << ends.start_translation, ends.start_rotation;
+    at_end << ends.end_translation, ends.end_rotation;
+    EXPECT_EQ(at_start, node_displacement(structure, u, start)) << k;
+    EXPECT_EQ(at_end, node_displacement(structure, u, end)) << k;
+  }
+}
+
+// A branch may start beside the node that carries it: its start then moves as the end of a rigid arm does.
+TEST(Member, OfATreeStartsAtTheEndOfItsArm) {
   const Skeleton skeleton = test::awkward_tree();
   const Structure structure = assemble(skeleton, {.material = wood});
-  double mass = 0;
+  const Eigen::VectorXd u = random_vector(structure.size(), 9);
+  int beside = 0;
   for (int k = 0; k < skeleton.branch_count(); ++k) {
-    if (skeleton.parent(k) < 0) continue;  // the start of these does not move with the rest
-    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
-    const double a = branch.start_radius, b = branch.end_radius;
-    mass += wood.density * pi * branch.length() / 3 * (a * a + a * b + b * b);
+    const auto index = static_cast<std::size_t>(k);
+    const Branch& branch = skeleton.branches[index];
+    const Member& member = structure.members[index];
+    EXPECT_LT((member.point(0) - branch.start).norm() + (member.point(1) - branch.end).norm(), 1e-14) << k;
+    const auto node = static_cast<std::size_t>(branch.start_node);
+    const Vec6 carrier = node_displacement(structure, u, node);
+    const Vec3 arm = branch.start - structure.nodes[node].position;
+    beside += arm.norm() > 0.01 ? 1 : 0;
+    const EndDisplacements ends = end_displacements(member, u);
+    EXPECT_LT((ends.start_translation - carrier.head<3>() - carrier.tail<3>().cross(arm)).norm(), 1e-14) << k;
+    EXPECT_EQ(ends.start_rotation, Vec3(carrier.tail<3>())) << k;
   }
-  for (const Leaf& leaf : skeleton.leaves) mass += leaf.mass;
-  Eigen::VectorXd translation = Eigen::VectorXd::Zero(structure.size());
-  for (int k = 0; k < skeleton.branch_count(); ++k) translation[6 * k + 1] = 1;
-  double of_root_branches = 0;
-  for (int k = 0; k < skeleton.branch_count(); ++k) {
-    if (skeleton.parent(k) >= 0) continue;
-    const Vec3& d = structure.direction[static_cast<std::size_t>(k)];
-    const ElementMass& m = structure.masses[static_cast<std::size_t>(k)];
-    of_root_branches += d[1] * d[1] * m.axial(1, 1) + (1 - d[1] * d[1]) * m.bending(2, 2);
-  }
-  EXPECT_NEAR(translation.dot(apply_mass(structure, translation)) / (mass + of_root_branches), 1, 1e-12);
-}
-
-TEST(Assemble, WithInfiniteRootStiffnessGivesTheBitsOfTheClampedTree) {
-  const Structure clamped = assemble(test::awkward_tree(), {.material = wood});
-  const double infinity = std::numeric_limits<double>::infinity();
-  const Structure held = assemble(
-      test::awkward_tree(), {.material = wood, .root = {.translation = infinity, .rotation = infinity}});
-  const Structure loose = assemble(test::awkward_tree(), {.material = wood, .root = {.rotation = 1e4}});
-  const Eigen::VectorXd s = random_vector(clamped.size(), 5);
-  EXPECT_EQ(apply_compliance_form(clamped, s), apply_compliance_form(held, s));
-  EXPECT_EQ(solve_static(clamped, s), solve_static(held, s));
-  EXPECT_NE(solve_static(clamped, s), solve_static(loose, s));
-}
-
-TEST(Assemble, RefusesRootStiffnessesThatAreNotAboveZero) {
-  const Skeleton stem = test::straight_stem(1, 1, 0.1, 0.1);
-  for (const double bad : {0.0, -1.0, std::nan(""), -std::numeric_limits<double>::infinity()}) {
-    EXPECT_THROW(assemble(stem, {.root = {.translation = bad}}), InputError) << bad;
-    EXPECT_THROW(assemble(stem, {.root = {.rotation = bad}}), InputError) << bad;
-  }
-}
-
-TEST(Assemble, RefusesAMaterialThatIsNone) {
-  EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, 0.1), {.material = {"m", -1, 1, 1, ""}}), InputError);
-}
-
-TEST(Structure, InAFluidBendingIsHeavierByTheFluidThatMovesAlongAndStretchingIsNot) {
-  const Skeleton stem = test::straight_stem(6, 2, 0.02, 0.02);
-  const StructureOptions dry{.material = wood, .rotatory_inertia = false};
-  StructureOptions wet = dry;
-  wet.added_mass_density = 1000;
-  const Structure in_air = assemble(stem, dry), in_water = assemble(stem, wet);
-  for (std::size_t k = 0; k < in_air.masses.size(); ++k) {
-    const double ratio = (wood.density + 1000) / wood.density;
-    EXPECT_LT((in_water.masses[k].bending - ratio * in_air.masses[k].bending).norm(),
-              1e-12 * in_water.masses[k].bending.norm());
-    EXPECT_EQ(in_water.masses[k].axial, in_air.masses[k].axial);
-    EXPECT_EQ(in_water.masses[k].torsion, in_air.masses[k].torsion);
-  }
-  wet.added_mass_density = -1;
-  EXPECT_THROW(assemble(stem, wet), InputError);
+  EXPECT_GT(beside, 0);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 
 #include <Eigen/Geometry>
 
-#include "tremula/base/error.hpp"
+#include "complaint.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/numerics/random.hpp"
 
@@ -235,13 +235,8 @@ TEST(FieldAtPoints, AreRefusedWhereThereIsNoSuchLoop) {
   const WindField field = noise_field(small);
   const Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Zero(3, 1);
   const auto complaint = [&](const WindField& of, double heading, const TimeAxis& loop,
-                             const Eigen::Matrix3Xd& where) -> std::string {
-    try {
-      FieldAtPoints(of, heading, loop, where);
-      return "";
-    } catch (const InputError& error) {
-      return error.what();
-    }
+                             const Eigen::Matrix3Xd& where) {
+    return test::complaint_of([&] { FieldAtPoints(of, heading, loop, where); });
   };
   EXPECT_EQ(complaint(field, 0, {10, 40}, points), "");
   EXPECT_EQ(complaint(field, 0, {10.1, 40}, points), "");

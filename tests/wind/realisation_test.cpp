@@ -9,7 +9,7 @@
 #include "tremula/numerics/fft.hpp"
 #include "tremula/numerics/random.hpp"
 #include "tremula/wind/synthesis.hpp"
-#include "tremula/wind/wind_at_points.hpp"
+#include "tremula/wind/turbulent_wind_at_points.hpp"
 
 namespace tremula {
 namespace {

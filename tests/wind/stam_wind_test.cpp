@@ -8,17 +8,10 @@
 #include "tremula/base/error.hpp"
 #include "tremula/numerics/random.hpp"
 #include "tremula/wind/spectrum.hpp"
+#include "wind/points.hpp"
 
 namespace tremula {
 namespace {
-
-Eigen::Matrix3Xd random_points(int count, double size) {
-  Eigen::Matrix3Xd points(3, count);
-  for (Eigen::Index i = 0; i < points.size(); ++i) {
-    points.data()[i] = size * uniform({5, RandomStream::test, 3, static_cast<std::uint64_t>(i)});
-  }
-  return points;
-}
 
 const TimeAxis loop{20, 64};
 
@@ -42,7 +35,7 @@ Eigen::Matrix3Xcd equation_8(const StamWind& wind, const Eigen::Matrix3Xd& point
 
 TEST(StamWind, AsPrintedIsEquation8) {
   const StamWind wind{.mean = {.speed = 6, .heading = 0}, .rows = StamRows::as_printed, .cutoff = 0};
-  const Eigen::Matrix3Xd points = random_points(300, 12);
+  const Eigen::Matrix3Xd points = test::random_points(300, 12);
   const StamWindAtPoints at_points(wind, loop, points);
   for (const int bin : {0, 1, 7, 32}) {
     const Eigen::Matrix3Xcd wanted = equation_8(wind, points, bin);
@@ -52,7 +45,7 @@ TEST(StamWind, AsPrintedIsEquation8) {
 
 TEST(StamWind, TheCutOffChangesNoPointByMoreThanTheFiltersItDrops) {
   StamWind wind{.rows = StamRows::as_printed, .cutoff = 0};
-  const Eigen::Matrix3Xd points = random_points(400, 40);
+  const Eigen::Matrix3Xd points = test::random_points(400, 40);
   const Eigen::Matrix3Xcd all = StamWindAtPoints(wind, loop, points).velocity(20);
   wind.cutoff = 1e-4;
   const Eigen::Matrix3Xcd near = StamWindAtPoints(wind, loop, points).velocity(20);
@@ -101,7 +94,7 @@ TEST(StamWind, NearPointsMoveTogetherAndFarOnesDoNot) {
 }
 
 TEST(StamWind, BlowsAlongItsHeading) {
-  const Eigen::Matrix3Xd points = random_points(20, 3);
+  const Eigen::Matrix3Xd points = test::random_points(20, 3);
   const Eigen::Matrix3Xcd east = StamWindAtPoints({.mean = {.heading = 0}}, loop, points).velocity(3);
   const Eigen::Matrix3Xcd north = StamWindAtPoints({.mean = {.heading = 90}}, loop, points).velocity(3);
   EXPECT_LT((north.row(1) - east.row(0)).norm(), 1e-12);
@@ -111,11 +104,11 @@ TEST(StamWind, BlowsAlongItsHeading) {
 
 TEST(StamWind, OfNoSpeedDoesNotMove) {
   const StamWind calm{.mean = {.speed = 0}};
-  EXPECT_EQ(StamWindAtPoints(calm, loop, random_points(5, 3)).velocity(4).norm(), 0);
+  EXPECT_EQ(StamWindAtPoints(calm, loop, test::random_points(5, 3)).velocity(4).norm(), 0);
 }
 
 TEST(StamWind, OfSlowGustsHasThePowerOfTheirFrequencyAndAnotherDrawIsAnotherWind) {
-  const Eigen::Matrix3Xd points = random_points(5, 3);
+  const Eigen::Matrix3Xd points = test::random_points(5, 3);
   double power = 0;
   for (std::uint64_t seed = 1; seed <= 400; ++seed) {
     const StamWindAtPoints wind({.seed = seed}, loop, points);
@@ -135,7 +128,7 @@ TEST(CheckStamWind, RefusesSettingsOutOfRange) {
   for (const StamWind& bad : {StamWind{.turbulence_intensity = -0.1}, StamWind{.turbulence_intensity = nan},
                               StamWind{.correlation_time = -1}, StamWind{.correlation_length = 0},
                               StamWind{.cutoff = 1}, StamWind{.mean = {.speed = -1}}}) {
-    EXPECT_THROW(StamWindAtPoints(bad, loop, random_points(2, 1)), InputError);
+    EXPECT_THROW(StamWindAtPoints(bad, loop, test::random_points(2, 1)), InputError);
   }
 }
 

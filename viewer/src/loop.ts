@@ -22,7 +22,8 @@ export interface Loop {
   name: string;
   facts: Facts;
   root: Object3D;
-  meshes: PlantMesh[];       // bark, then leaves
+  meshes: PlantMesh[];       // the parts of the surface, as bark and leaves, of every instance
+  timeShifts: number[];      // [s] for each mesh how far its instance is ahead of the weights below
   targetKinds: TargetKind[];
   targetModes: number[];     // for each morph target its mode from 1, 0 for what is no mode
   times: ArrayLike<number>;  // [s] keys, 0 … period
@@ -37,6 +38,11 @@ export async function unpack(text: string): Promise<ArrayBuffer> {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
 }
 
+// Of the node that a mesh belongs to: the mesh itself, or where it has several parts the group around them.
+function timeShiftOf(mesh: Object3D): number {
+  return mesh.userData.tremula?.time_shift_s ?? mesh.parent?.userData.tremula?.time_shift_s ?? 0;
+}
+
 export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
   const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(glb, '');
   gltf.scene.updateMatrixWorld(true);  // positions are whole numbers; the scale that makes metres of them stands above
@@ -44,12 +50,14 @@ export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
   gltf.scene.traverse((object) => {
     if (object instanceof Mesh) meshes.push(object as PlantMesh);
   });
+  const shifts = meshes.map(timeShiftOf);
   const clip: AnimationClip | undefined = gltf.animations[0];
   return {
     name: gltf.scene.name,
     facts: gltf.scene.userData.tremula,
     root: gltf.scene,
     meshes,
+    timeShifts: shifts.map((shift) => shift - shifts[0]),
     targetKinds: meshes[0].userData.targetKinds ?? [],
     targetModes: meshes[0].userData.targetModes ?? [],
     times: clip?.tracks[0].times ?? [0],
@@ -57,9 +65,11 @@ export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
   };
 }
 
-// Linear between keys, as displacement_at() of the library.
-export function weightsAt(loop: Loop, time: number): number[] {
+// Linear between keys, as displacement_at() of the library. The loop goes on before its begin and after its end.
+export function weightsAt(loop: Loop, anyTime: number): number[] {
   const {times, weights} = loop;
+  const period = times[times.length - 1];
+  const time = anyTime >= 0 && anyTime <= period ? anyTime : anyTime - period * Math.floor(anyTime / period);
   const count = loop.targetKinds.length;
   let low = 0, high = times.length - 1;
   while (high - low > 1) {

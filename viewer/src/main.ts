@@ -23,9 +23,9 @@ declare global {
 
 // Loads grow with the square of the wind speed, the mean one and (for a given intensity of turbulence) the
 // fluctuating one; the answer is linear in the loads.
-function shownWeights(loop: Loop, player: Player): number[] {
+function shownWeights(loop: Loop, player: Player, timeShift = 0): number[] {
   const load = player.wind * player.wind;
-  return weightsAt(loop, player.time).map((weight, i) => player.enabled[i] ? load * weight : 0);
+  return weightsAt(loop, player.time + timeShift).map((weight, i) => player.enabled[i] ? load * weight : 0);
 }
 
 async function start(): Promise<void> {
@@ -48,9 +48,11 @@ async function start(): Promise<void> {
   let changed = true;
   const panel = new Panel(loop, player, () => { changed = true; });
   const draw = (): void => {
-    const weights = shownWeights(loop, player);
-    for (const mesh of loop.meshes) mesh.morphTargetInfluences?.splice(0, weights.length, ...weights);
-    panel.show(weights);
+    loop.meshes.forEach((mesh, i) => {
+      const weights = shownWeights(loop, player, loop.timeShifts[i]);
+      mesh.morphTargetInfluences?.splice(0, weights.length, ...weights);
+    });
+    panel.show(shownWeights(loop, player));
     stage.render();
     changed = false;
   };

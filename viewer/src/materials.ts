@@ -1,4 +1,5 @@
-// How bark and leaves look, from nothing but the colours and texture coordinates in the file.
+// How the parts of a surface look, from nothing but the names and colours of their materials and the texture
+// coordinates in the file. Parts that have no entry in `dresses` are plain.
 import {BufferAttribute, BufferGeometry, Color, MeshStandardMaterial} from 'three';
 import type {PlantMesh} from './loop';
 
@@ -80,15 +81,19 @@ function colorLeaves(geometry: BufferGeometry, base: Color): void {
   geometry.setAttribute('color', new BufferAttribute(colors, 3));
 }
 
+const dresses: Record<string, (mesh: PlantMesh) => void> = {
+  bark: (mesh) => dressBark(mesh.material),
+  leaf: (mesh) => {
+    // Instances share their geometry.
+    if (!mesh.geometry.attributes.color) colorLeaves(mesh.geometry, mesh.material.color);
+    dressLeaves(mesh.material);
+  },
+};
+
 export function dress(meshes: PlantMesh[]): void {
   for (const mesh of meshes) {
     // GLTFLoader may hand out variants of one material; each mesh gets its own.
     mesh.material = mesh.material.clone();
-    if (mesh.material.name === 'leaf') {
-      colorLeaves(mesh.geometry, mesh.material.color);
-      dressLeaves(mesh.material);
-    } else {
-      dressBark(mesh.material);
-    }
+    dresses[mesh.material.name]?.(mesh);
   }
 }

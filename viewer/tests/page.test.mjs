@@ -4,7 +4,7 @@ import {readFileSync, writeFileSync} from 'node:fs';
 import {after, before, describe, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 import {
-  animate, distance, largestError, launchBrowser, needsBrowser, openPage, plants, readPoses, restNodes, screenshotPath,
+  animate, avenue, distance, largestError, launchBrowser, needsBrowser, openPage, plants, readPoses, restNodes, screenshotPath,
   settings, tips, tolerance,
 } from './support.mjs';
 
@@ -69,6 +69,33 @@ describe('the page', needsBrowser, () => {
       await page.close();
     });
   }
+
+  test('every instance stands in its place and moves in its own time', async (t) => {
+    const written = avenue();
+    if (!written) return t.skip('the examples were not built');
+    const {page, complaints} = await openPage(browser, {viewport: {width: 1000, height: 700}});
+    await page.goto(pathToFileURL(written.html).href);
+    await page.evaluate(() => window.tremula.ready);
+    await page.evaluate(() => window.tremula.pause());
+    const [each, period] = await page.evaluate((n) => [window.tremula.vertexCount / n, window.tremula.period],
+                                               written.instances.length);
+    assert.ok(Number.isInteger(each));
+    const some = Array.from({length: 40}, (_, i) => Math.floor((i + 0.5) * each / 40));
+    for (const time of [0, 0.31 * period, 0.9 * period]) {
+      for (const [i, {x, y, turn, scale, timeShift}] of written.instances.entries()) {
+        const found = await page.evaluate(positionsAt, [time, some.map((v) => i * each + v)]);
+        const first = await page.evaluate(positionsAt, [(time + timeShift) % period, some]);
+        const cosine = scale * Math.cos(turn), sine = scale * Math.sin(turn);
+        first.forEach(([px, py, pz], v) => {
+          const wanted = [x + cosine * px - sine * py, y + sine * px + cosine * py, scale * pz];
+          assert.ok(distance(found[v], wanted) < 1e-4, `instance ${i}, vertex ${v}: ${found[v]} for ${wanted}`);
+        });
+      }
+    }
+    await page.screenshot({path: screenshotPath('avenue')});
+    assert.deepEqual(complaints, []);
+    await page.close();
+  });
 
   test('the controls do what they say', async () => {
     const {page, complaints} = await openPage(browser, {viewport: {width: 390, height: 844}});

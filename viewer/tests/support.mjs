@@ -46,6 +46,17 @@ export function animate({name, input, wind}, extensions, options = {}) {
   return paths;
 }
 
+// What the example of many instances writes, and what they are; nothing where the examples were not built.
+export function avenue() {
+  const example = join(process.env.TREMULA_EXAMPLES ?? '', 'example_06_avenue');
+  if (!existsSync(example)) return undefined;
+  const instances = execFileSync(example, [folder], {encoding: 'utf8'}).trim().split('\n').map((line) => {
+    const [x, y, turn, scale, timeShift] = line.split(' ').map(Number);
+    return {x, y, turn, scale, timeShift};
+  });
+  return {glb: join(folder, 'avenue.glb'), html: join(folder, 'avenue.html'), instances};
+}
+
 // Poses by frame: [{time, nodes: [[x, y, z], …]}, …].
 export function readPoses(path) {
   const poses = [];

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import {readFileSync} from 'node:fs';
 import {test} from 'node:test';
 import validator from 'gltf-validator';
-import {animate, plants} from './support.mjs';
+import {animate, avenue, plants} from './support.mjs';
 
 const errorSeverity = 0, warningSeverity = 1;
 
@@ -24,6 +24,12 @@ for (const plant of plants) {
     });
   }
 }
+
+test('several instances of a plant have no error and no warning', (t) => {
+  const written = avenue();
+  if (!written) return t.skip('the examples were not built');
+  return validate(readFileSync(written.glb)).then((issues) => assert.deepEqual(issues, []));
+});
 
 test('the validator would see a spoilt file', async () => {
   const bytes = readFileSync(animate(plants[0], ['glb']).glb);

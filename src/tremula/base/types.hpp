@@ -1,6 +1,8 @@
-// Names for the small vectors and matrices that every stage shares. SI units; the world is right-handed, z
+// The small vectors and matrices that every stage shares. SI units; the world is right-handed, z
 // up.
 #pragma once
+
+#include <cstddef>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -17,5 +19,15 @@ using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Vec6 = Eigen::Matrix<double, 6, 1>;  // translation x y z [m], then rotation vector x y z [rad]
 using Mat6 = Eigen::Matrix<double, 6, 6>;
+
+// cross_matrix(v) * w is v x w.
+inline Mat3 cross_matrix(const Vec3& v) {
+  Mat3 matrix;
+  matrix << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
+  return matrix;
+}
+
+// Branches, nodes and rows are counted by signed numbers, arrays of the standard library by unsigned ones.
+constexpr std::size_t index_of(std::ptrdiff_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace tremula

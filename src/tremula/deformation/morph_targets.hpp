@@ -1,10 +1,8 @@
 // A loop as morph targets: shapes of the skin that never change, and a small table of weights over time. Any
-// engine that blends morph targets linearly then plays S eq. 1 exactly as displacement_at() gives it with
-// linear interpolation.
+// engine that blends morph targets linearly then plays S eq. 1 exactly as Loop::skin_at gives it.
 #pragma once
 
-#include "tremula/deformation/pose.hpp"
-#include "tremula/dynamics/basis.hpp"
+#include "tremula/deformation/loop.hpp"
 
 #include <string>
 #include <vector>
@@ -23,7 +21,7 @@ struct MorphTarget {
   std::string
       name;  // "mean lean", "mode 03 0.572 Hz", "static 1", in the paired form with " +" or " -" after it
   ShapeKind kind = ShapeKind::lean;
-  int number = 0;  // column of Modes::shapes or of StaticShapes::shapes
+  int number = 0;  // the how manieth of its kind, from 0
   int shape = 0;   // index into MorphTargets::shapes
   float sign = 1;  // the target is sign * shape
   float rest = 0;  // its weight while the plant stands at rest
@@ -42,15 +40,22 @@ struct MorphTargets {
   std::vector<MorphTarget> targets;  // the mean lean first, then modes in order, then static shapes
   std::vector<float> times;          // (K) [s] strictly increasing, first 0, last T
   std::vector<float> weights;        // (K x targets) by rows; the last row equals the first bit for bit
+  std::vector<Instance> instances{Instance{}};
 
   std::size_t target_count() const { return targets.size(); }
   std::size_t key_count() const { return times.size(); }
   float weight(std::size_t key, std::size_t target) const { return weights[key * targets.size() + target]; }
 };
 
-// Throws Error when the stages do not fit together (numbers of modes or branches differ), when a value is not
-// finite, or when single precision cannot tell the instants of the loop apart.
-MorphTargets make_morph_targets(const Skeleton& skeleton, const Structure& structure, const Surface& surface,
-                                const Modes& modes, const Motion& motion, MorphForm form);
+// Throws Error when weights, kinds and frequencies do not fit together, when a value is not finite, or when
+// single precision cannot tell the instants of the loop apart.
+MorphTargets make_morph_targets(const Loop& loop, MorphForm form);
+
+// The weights of an instance: those of the loop, turned round by its time shift. The same keys, and one where
+// the loop now begins: times and weights as in MorphTargets.
+struct WeightTable {
+  std::vector<float> times, weights;
+};
+WeightTable weights_of(const MorphTargets& morphs, const Instance& instance);
 
 }  // namespace tremula

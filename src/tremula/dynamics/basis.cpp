@@ -1,83 +1,67 @@
 #include "tremula/dynamics/basis.hpp"
 
-#include "tremula/base/error.hpp"
+#include <algorithm>
+#include <utility>
 
-#include <string>
+#include "tremula/base/check.hpp"
 
 namespace tremula {
-namespace {
 
-using Column = Eigen::Ref<const Eigen::VectorXd>;
-
-template <class Columns>
-Eigen::VectorXd add_up(const Eigen::VectorXd& weights, Columns column) {
-  Eigen::VectorXd sum = weights[0] * column(0);
-  for (Eigen::Index c = 1; c < weights.size(); ++c) sum += weights[c] * column(c);
-  return sum;
-}
-
-void check_count(const Eigen::VectorXd& weights, Eigen::Index columns) {
-  if (weights.size() != columns)
-    throw InputError("number of weights", std::to_string(weights.size()), std::to_string(columns));
-}
-
-}  // namespace
-
-void check_belong_together(const Modes& modes, const Motion& motion) {
-  const auto check = [](const char* what, Eigen::Index found, Eigen::Index wanted) {
-    if (found != wanted)
-      throw InputError(what, std::to_string(found), std::to_string(wanted) + ", as the motion was made with");
-  };
-  check("number of modes", modes.count(), motion.mode_count());
-  check("rows of the modes", modes.shapes.rows(), motion.lean.size());
-  check("columns of the modes", modes.shapes.cols(), modes.count());
-  const StaticShapes& more = motion.static_shapes;
-  check("columns of the static shapes", more.shapes.cols(), more.count());
-  if (more.count() > 0) check("rows of the static shapes", more.shapes.rows(), motion.lean.size());
-}
-
-Eigen::Ref<const Eigen::VectorXd> shape_of(const Modes& modes, const Motion& motion, Eigen::Index column) {
-  if (column == 0) return motion.lean;
-  if (column <= modes.count()) return modes.shapes.col(column - 1);
-  return motion.static_shapes.shapes.col(column - 1 - modes.count());
-}
-
-Basis all_shapes(const Modes& modes, const Motion& motion) {
-  check_belong_together(modes, motion);
-  const Eigen::Index mode_count = modes.count(), more = motion.static_shapes.count();
-  Basis basis{{}, Eigen::VectorXd(1 + mode_count + more), {motion.lean.size(), 1 + mode_count + more}};
-  for (Eigen::Index c = 0; c < basis.count(); ++c) {
-    basis.kind.push_back(c == 0            ? ShapeKind::lean
-                         : c <= mode_count ? ShapeKind::mode
-                                           : ShapeKind::static_shape);
-    basis.columns.col(c) = shape_of(modes, motion, c);
+std::string_view name_of(ShapeKind kind) {
+  switch (kind) {
+    case ShapeKind::lean:
+      return "lean";
+    case ShapeKind::mode:
+      return "mode";
+    case ShapeKind::static_shape:
+      break;
   }
-  basis.frequency << 0, modes.frequency, motion.static_shapes.frequency;
+  return "static";
+}
+
+int Basis::count(ShapeKind of) const { return static_cast<int>(std::count(kind.begin(), kind.end(), of)); }
+
+Basis join(const Eigen::VectorXd& lean, Modes modes, const StaticShapes& static_shapes) {
+  check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
+  check_equal("rows of the mode shapes", modes.shapes.rows(), lean.size());
+  check_equal("columns of the static shapes", static_shapes.shapes.cols(), static_shapes.count());
+  if (static_shapes.count() > 0)
+    check_equal("rows of the static shapes", static_shapes.shapes.rows(), lean.size());
+  const Eigen::Index count = 1 + modes.count() + static_shapes.count();
+  Basis basis{{ShapeKind::lean}, Eigen::VectorXd(count), std::move(modes.shapes)};
+  basis.kind.insert(basis.kind.end(), static_cast<std::size_t>(modes.count()), ShapeKind::mode);
+  basis.kind.insert(basis.kind.end(), static_cast<std::size_t>(static_shapes.count()),
+                    ShapeKind::static_shape);
+  basis.frequency << 0, modes.frequency, static_shapes.frequency;
+  // In place: of a large tree the shapes are most of the memory there is.
+  basis.columns.conservativeResize(lean.size(), count);
+  for (Eigen::Index r = modes.count(); r > 0; --r) basis.columns.col(r) = basis.columns.col(r - 1);
+  basis.columns.col(0) = lean;
+  if (static_shapes.count() > 0) basis.columns.rightCols(static_shapes.count()) = static_shapes.shapes;
   return basis;
 }
 
-Eigen::VectorXd weights_at(const Motion& motion, double time, Interpolation interpolation) {
-  const Eigen::VectorXd coordinates = coordinates_at(motion, time, interpolation);
-  Eigen::VectorXd weights(1 + coordinates.size());
-  weights << 1, coordinates;
-  return weights;
+Eigen::VectorXd lean_of(const Basis& basis) {
+  Eigen::VectorXd lean = Eigen::VectorXd::Zero(basis.columns.rows());
+  for (std::size_t c = 0; c < basis.kind.size(); ++c) {
+    if (basis.kind[c] == ShapeKind::lean) lean += basis.columns.col(static_cast<Eigen::Index>(c));
+  }
+  return lean;
 }
 
-Eigen::MatrixXd weights(const Motion& motion) {
-  Eigen::MatrixXd weights(motion.coordinates.rows(), 1 + motion.coordinates.cols());
-  weights << Eigen::VectorXd::Ones(motion.coordinates.rows()), motion.coordinates;
-  return weights;
+void check_basis(const Basis& basis) {
+  check_equal("kinds of the shapes", static_cast<std::ptrdiff_t>(basis.kind.size()), basis.count());
+  check_equal("columns of the basis", basis.columns.cols(), basis.count());
+  if (!basis.columns.allFinite() || !basis.frequency.allFinite())
+    throw InputError("basis", "a number that is not finite", "finite numbers");
 }
 
-Eigen::VectorXd superpose(const Basis& basis, const Eigen::VectorXd& weights) {
-  check_count(weights, basis.count());
-  return add_up(weights, [&](Eigen::Index c) -> Column { return basis.columns.col(c); });
-}
-
-Eigen::VectorXd superpose(const Modes& modes, const Motion& motion, const Eigen::VectorXd& weights) {
-  check_belong_together(modes, motion);
-  check_count(weights, 1 + motion.coordinates.cols());
-  return add_up(weights, [&](Eigen::Index c) { return shape_of(modes, motion, c); });
+Eigen::VectorXd superpose(const Basis& basis, const Eigen::VectorXd& coordinates) {
+  check_equal("coordinates", coordinates.size(), basis.columns.cols());
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(basis.columns.rows());
+  if (coordinates.size() > 0) sum = coordinates[0] * basis.columns.col(0);
+  for (Eigen::Index c = 1; c < coordinates.size(); ++c) sum += coordinates[c] * basis.columns.col(c);
+  return sum;
 }
 
 }  // namespace tremula

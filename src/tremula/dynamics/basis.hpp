@@ -1,9 +1,10 @@
 // All the shapes a motion is made of, side by side: what a viewer or an engine uploads once.
 #pragma once
 
-#include "tremula/dynamics/motion.hpp"
+#include "tremula/dynamics/static_correction.hpp"
 #include "tremula/modes/modes.hpp"
 
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -11,37 +12,34 @@
 namespace tremula {
 
 enum class ShapeKind {
-  lean,          // under the mean wind, its weight is 1 at all times
+  lean,          // under the mean wind; its coordinate is 1 at all times
   mode,          // of Modes
   static_shape,  // what the modes left out follow the wind by (static_correction.hpp)
 };
+std::string_view name_of(ShapeKind kind);  // "lean", "mode", "static"
 
-// The displacement at any time is columns * weights: of weights_at() at that time, or of a row of weights()
-// at a sample. Column 0 is the lean, then come the modes in their order, then the static shapes.
+// The displacement of the structure at any time is columns * coordinates at that time. The lean comes first,
+// then the modes in their order, then the static shapes.
 struct Basis {
   std::vector<ShapeKind> kind;  // (c)
   Eigen::VectorXd frequency;    // (c) [Hz]; 0 for the lean, Rayleigh quotients for static shapes
-  Eigen::MatrixXd columns;      // (6N x c) rows as in Modes::shapes; the lean in m and rad
+  Eigen::MatrixXd columns;      // (rows x c), rows as in Modes::shapes; the lean in m and rad
 
   int count() const { return static_cast<int>(frequency.size()); }
+  int count(ShapeKind of) const;
 };
 
-// Throws InputError unless the modes are as many and as long as those that the motion was made with.
-void check_belong_together(const Modes& modes, const Motion& motion);
+// Throws InputError where lean, modes and static shapes are not of one structure.
+Basis join(const Eigen::VectorXd& lean, Modes modes, const StaticShapes& static_shapes);
 
-// Throws as that does.
-Basis all_shapes(const Modes& modes, const Motion& motion);
+// The sum of the columns that are leans; 0 where there is none. (rows)
+Eigen::VectorXd lean_of(const Basis& basis);
 
-// One column, without a copy of all; `column` below 1 + the number of coordinates.
-Eigen::Ref<const Eigen::VectorXd> shape_of(const Modes& modes, const Motion& motion, Eigen::Index column);
-
-// What multiplies each column: 1, then the coordinates. At any time [s] (c), and at all samples (M x c).
-Eigen::VectorXd weights_at(const Motion& motion, double time, Interpolation interpolation);
-Eigen::MatrixXd weights(const Motion& motion);
+// Throws InputError unless kinds, frequencies and columns are equally many and all are finite.
+void check_basis(const Basis& basis);
 
 // The sum of the weighted columns, always added in this order, so that a frame alone has the bytes it has in
-// a sequence; the second form spares the copy of the shapes. (6N)
-Eigen::VectorXd superpose(const Basis& basis, const Eigen::VectorXd& weights);
-Eigen::VectorXd superpose(const Modes& modes, const Motion& motion, const Eigen::VectorXd& weights);
+// a sequence. (rows)
+Eigen::VectorXd superpose(const Basis& basis, const Eigen::VectorXd& coordinates);
 
 }  // namespace tremula

@@ -2,9 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
-#include "tremula/numerics/quadrature.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -18,21 +16,6 @@ double above_zero(const char* what, double value) {
   if (!std::isfinite(value) || value <= 0) throw InputError(what, std::to_string(value), "a number above 0");
   return value;
 }
-
-constexpr int chunk_branches = 512;  // whose points make one matrix product
-
-// Velocities of points of a chunk of branches, and the forces on them, point by point.
-struct PointRows {
-  Eigen::MatrixXd motion, force;
-  Eigen::Index used = 0;
-
-  PointRows(Eigen::Index rows, Eigen::Index modes) : motion(rows, modes), force(rows, modes) {}
-  void add(const PointShape& shape, const Eigen::MatrixXd& ends, const Mat3& drag) {
-    motion.middleRows<3>(used).noalias() = shape.transpose() * ends;
-    force.middleRows<3>(used).noalias() = drag * motion.middleRows<3>(used);
-    used += 3;
-  }
-};
 
 }  // namespace
 
@@ -50,50 +33,24 @@ Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd
   return 2 * above_zero("damping ratio", damping.ratio) * omega;
 }
 
-Eigen::MatrixXd aerodynamic_damping(const Skeleton& skeleton, const Structure& structure, const Loads& loads,
-                                    const Eigen::MatrixXd& shapes) {
-  check_loads(structure, loads);
-  check_equal("rows of the shapes", shapes.rows(), structure.size());
-  check_equal("branches of the skeleton", skeleton.branch_count(), structure.branch_count());
-  static const std::vector<QuadraturePoint> quadrature = gauss_legendre(4);
-  const Eigen::Index modes = shapes.cols();
-  const int count = structure.branch_count();
-  std::vector<std::vector<std::size_t>> leaves(static_cast<std::size_t>(count));
-  for (std::size_t i = 0; i < loads.leaf_per_velocity.size(); ++i) {
-    leaves[static_cast<std::size_t>(loads.leaf_branch[i])].push_back(i);
-  }
-  const int chunks = (count + chunk_branches - 1) / chunk_branches;
-  std::vector<Eigen::MatrixXd> parts(static_cast<std::size_t>(chunks));
-  tbb::parallel_for(0, chunks, [&](int chunk) {
-    const int first = chunk * chunk_branches, last = std::min(count, first + chunk_branches);
-    Eigen::Index points = 0;
-    for (int k = first; k < last; ++k) {
-      points += static_cast<Eigen::Index>(quadrature.size() + leaves[static_cast<std::size_t>(k)].size());
+Eigen::MatrixXd aerodynamic_damping(const Sites& sites, const Loads& loads,
+                                    Eigen::Ref<const Eigen::MatrixXd> shapes) {
+  check_loads(sites, loads);
+  Eigen::MatrixXd damping = Eigen::MatrixXd::Zero(shapes.cols(), shapes.cols());
+  if (!loads.damp) return damping;
+  const std::vector<SiteBlock> blocks = cut_between_points(sites);
+  std::vector<Eigen::MatrixXd> parts(blocks.size());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    const auto [first, last] = blocks[block];
+    const Eigen::MatrixXd motion = sites.motion(first, last, shapes);
+    Eigen::MatrixXd force(motion.rows(), motion.cols());
+    for (std::size_t s = first; s < last; ++s) {
+      const Eigen::Index row = 3 * static_cast<Eigen::Index>(s - first);
+      force.middleRows<3>(row).noalias() = loads.sites[s].per_velocity * motion.middleRows<3>(row);
     }
-    PointRows rows(3 * points, modes);
-    Eigen::MatrixXd ends(12, modes);
-    for (int k = first; k < last; ++k) {
-      const auto index = static_cast<std::size_t>(k);
-      for (Eigen::Index r = 0; r < modes; ++r) {
-        const EndDisplacements moved = end_displacements(structure, shapes.col(r), k);
-        ends.col(r) << moved.start_translation, moved.start_rotation, moved.end_translation,
-            moved.end_rotation;
-      }
-      const Beam& beam = structure.beams[index];
-      for (const QuadraturePoint& point : quadrature) {
-        const double diameter =
-            2 * (beam.start_radius + point.position * (beam.end_radius - beam.start_radius));
-        rows.add(point_shape(beam, structure.direction[index], point.position), ends,
-                 beam.length * point.weight * diameter * loads.branches[index].drag_per_diameter);
-      }
-      for (const std::size_t leaf : leaves[index]) {
-        rows.add(point_shape(beam, structure.direction[index], skeleton.leaves[leaf].position), ends,
-                 loads.leaf_per_velocity[leaf]);
-      }
-    }
-    parts[static_cast<std::size_t>(chunk)].noalias() = rows.motion.transpose() * rows.force;
+    parts[block].noalias() = motion.transpose() * force;
   });
-  Eigen::MatrixXd damping = Eigen::MatrixXd::Zero(modes, modes);
+  // In the order of the blocks, whichever thread was first.
   for (const Eigen::MatrixXd& part : parts) damping += part;
   return damping;
 }

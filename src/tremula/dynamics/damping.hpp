@@ -2,7 +2,6 @@
 #pragma once
 
 #include "tremula/dynamics/loads.hpp"
-#include "tremula/modes/modes.hpp"
 
 #include <optional>
 
@@ -15,16 +14,16 @@ struct Damping {
   double ratio = 0.05;                                // zeta of every mode: c_r = 2 zeta omega_r
   std::optional<double> mass_proportional = {};       // alpha [1/s] instead: c_r = alpha (S section 2)
   std::optional<double> stiffness_proportional = {};  // c [s] instead: c_r = c omega_r^2 (F eq. 9, errata F7)
-  bool aerodynamic = true;  // and that of the wind, which a moving branch meets at another speed
+  bool aerodynamic = true;  // and that of the wind, which a moving site meets at another speed
 };
 
 // c_r of every mode (m) [1/s]. Throws InputError for numbers that are not above 0, or more than one of them.
 Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd& omega);
 
-// The loads are linear in the wind relative to the branch, so they have a part -J u', u' the velocity of the
-// branch itself: a damping matrix between the modes, (m x m) [1/s], the integral of phi_r^T J phi_s along all
-// branches and over all leaves. Zero for LoadModel::paper. shapes (6N x m).
-Eigen::MatrixXd aerodynamic_damping(const Skeleton& skeleton, const Structure& structure, const Loads& loads,
-                                    const Eigen::MatrixXd& shapes);
+// The loads are linear in the wind relative to the site, so they have a part -J u', u' the velocity of the
+// site itself: a damping matrix between the shapes, (c x c) [1/s], the sum of phi_r^T J phi_s over all sites.
+// Zero for LoadModel::paper. shapes (rows x c).
+Eigen::MatrixXd aerodynamic_damping(const Sites& sites, const Loads& loads,
+                                    Eigen::Ref<const Eigen::MatrixXd> shapes);
 
 }  // namespace tremula

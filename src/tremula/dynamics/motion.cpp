@@ -1,12 +1,16 @@
 #include "tremula/dynamics/motion.hpp"
 
 #include "tremula/base/check.hpp"
+#include "tremula/numerics/fft.hpp"
 
 #include <cmath>
+#include <utility>
 
 namespace tremula {
+namespace {
 
-Eigen::VectorXd coordinates_at(const Motion& motion, double time, Interpolation interpolation) {
+// As the samples are interpolated.
+Eigen::VectorXd interpolated(const Motion& motion, double time, Interpolation interpolation) {
   const int count = motion.sample_count();
   check_at_least("samples of the motion", count, 1);
   if (!(std::isfinite(motion.period) && motion.period > 0)) {
@@ -29,16 +33,42 @@ Eigen::VectorXd coordinates_at(const Motion& motion, double time, Interpolation 
          (-1.5 * t3 + 2 * t2 + 0.5 * t) * sample(1) + (0.5 * t3 - 0.5 * t2) * sample(2);
 }
 
-void check_fit(const Modes& modes, const Motion& motion) {
+}  // namespace
+
+Motion make_motion(Basis basis, const TimeAxis& loop, const Eigen::MatrixXcd& spectra) {
+  check_equal("leans of the basis", basis.count(ShapeKind::lean), 1);
+  check_equal("columns of the spectra", spectra.cols(), basis.count() - 1);
+  const Eigen::MatrixXd samples = samples_from_half_spectra(spectra, loop.sample_count);
+  Motion motion{loop.period, std::move(basis), Eigen::MatrixXd(loop.sample_count, spectra.cols() + 1)};
+  motion.coordinates << Eigen::VectorXd::Ones(loop.sample_count), samples;
+  return motion;
+}
+
+void check_motion(const Motion& motion) {
   check_at_least("samples of the motion", motion.sample_count(), 1);
-  check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
-  check_equal("modes of the motion", motion.mode_count(), modes.count());
-  check_equal("rows of the lean", motion.lean.size(), modes.shapes.rows());
-  check_equal("columns of the static shapes", motion.static_shapes.shapes.cols(),
-              motion.static_shapes.count());
-  if (motion.static_shapes.count() > 0) {
-    check_equal("rows of the static shapes", motion.static_shapes.shapes.rows(), modes.shapes.rows());
+  if (!(std::isfinite(motion.period) && motion.period > 0)) {
+    throw InputError("period of the motion", std::to_string(motion.period), "above 0 s");
   }
+  check_basis(motion.basis);
+  check_equal("columns of the coordinates", motion.coordinates.cols(), motion.basis.count());
+  if (!motion.coordinates.allFinite())
+    throw InputError("motion", "a coordinate that is not finite", "finite numbers");
+}
+
+Eigen::VectorXd coordinates_at(const Motion& motion, double time, Interpolation interpolation) {
+  check_equal("columns of the coordinates", motion.coordinates.cols(), motion.basis.count());
+  check_equal("kinds of the shapes", static_cast<std::ptrdiff_t>(motion.basis.kind.size()),
+              motion.basis.count());
+  Eigen::VectorXd coordinates = interpolated(motion, time, interpolation);
+  // Weights of samples add up to 1 but for rounding.
+  for (std::size_t c = 0; c < motion.basis.kind.size(); ++c) {
+    if (motion.basis.kind[c] == ShapeKind::lean) coordinates[static_cast<Eigen::Index>(c)] = 1;
+  }
+  return coordinates;
+}
+
+Eigen::VectorXd displacement_at(const Motion& motion, double time, Interpolation interpolation) {
+  return superpose(motion.basis, coordinates_at(motion, time, interpolation));
 }
 
 }  // namespace tremula

@@ -1,45 +1,42 @@
-// The narrow waist of the cascade: what the wind does to a structure during one loop, as a small table.
+// What the wind does to a structure during one loop: shapes that never change, and a small table.
 #pragma once
 
-#include "tremula/modes/modes.hpp"
+#include "tremula/dynamics/basis.hpp"
+#include "tremula/numerics/time_axis.hpp"
 
 #include <Eigen/Core>
 
 namespace tremula {
 
-// Shapes beside the modes, at right angles to them in mass and in stiffness and mass-normalised like them
-// (static_correction.hpp). Their coordinates follow the wind at once: y = f/omega^2.
-struct StaticShapes {
-  Eigen::VectorXd frequency;  // (k) Rayleigh quotients [Hz]
-  Eigen::MatrixXd shapes;     // (6N x k)
-
-  int count() const { return static_cast<int>(frequency.size()); }
-};
-
-// Modal coordinates at M equidistant instants of a loop that closes (sample M would equal sample 0), and the
-// static lean under the mean wind. The displacement at sample p is lean + (Modes::shapes, static_shapes) *
-// coordinates.row(p)^T.
+// Coordinates of the basis at M equidistant instants of a loop that closes (sample M would equal sample 0).
 struct Motion {
-  double period = 0;            // T [s]
-  Eigen::MatrixXd coordinates;  // (M x (m + k)) [m sqrt(kg)], row p at t = p T / M
-  Eigen::VectorXd lean;         // (6N) displacement under the mean wind [m, rad], rows as in Modes::shapes
-  StaticShapes static_shapes = {};
+  double period = 0;  // T [s]
+  Basis basis;
+  Eigen::MatrixXd coordinates;  // (M x c), row p at t = p T/M: 1 for the lean, else [m sqrt(kg)]
 
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
-  int mode_count() const { return static_cast<int>(coordinates.cols()) - static_shapes.count(); }
 };
+
+// From the coefficients of all coordinates but the lean's, a row a bin (M/2+1 x (c - 1)).
+Motion make_motion(Basis basis, const TimeAxis& loop, const Eigen::MatrixXcd& spectra);
 
 enum class Interpolation {
   linear,  // S section 7
   cubic,   // periodic Catmull-Rom: smooth velocity, same samples
 };
 
-// Throws InputError unless the motion is one of these modes: numbers of modes, static shapes and rows agree,
-// and there is a sample.
-void check_fit(const Modes& modes, const Motion& motion);
+// Throws InputError unless there is a sample and a period, and coordinates and basis belong together and are
+// finite.
+void check_motion(const Motion& motion);
 
-// Modal coordinates (m) at any time [s], before 0 and after T too; exact at the samples. Throws InputError
-// for a motion without samples or period, and for a time that is not finite.
-Eigen::VectorXd coordinates_at(const Motion& motion, double time, Interpolation interpolation);
+// The coordinates (c) at any time [s], before 0 and after T too; exact at the samples. Throws InputError for
+// a motion without samples or period, and for a time that is not finite.
+Eigen::VectorXd coordinates_at(const Motion& motion, double time,
+                               Interpolation interpolation = Interpolation::linear);
+
+// The displacement of the structure (rows) at any time [s] (S section 3 and 6). The same bytes whether asked
+// for alone or in a sequence. Throws as coordinates_at does.
+Eigen::VectorXd displacement_at(const Motion& motion, double time,
+                                Interpolation interpolation = Interpolation::linear);
 
 }  // namespace tremula

@@ -1,11 +1,10 @@
 #include "tremula/dynamics/motion_statistics.hpp"
 
-#include "tremula/base/error.hpp"
-#include "tremula/dynamics/basis.hpp"
+#include "tremula/base/check.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <string>
 #include <vector>
 
 #include <tbb/parallel_for.h>
@@ -22,20 +21,39 @@ Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& coordinates) {
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-Sway sway_of(const Modes& modes, const StaticShapes& more, const Eigen::MatrixXd& coordinates) {
-  Sway sway{.coordinates = coordinates.colwise().norm().transpose() /
-                           std::sqrt(static_cast<double>(coordinates.rows()))};
-  const Eigen::MatrixXd root = covariance_root(coordinates);
+// The rows of the nodes at the ends of the members, in their order; -1 where that is held.
+std::vector<Eigen::Index> end_rows(const Structure& structure) {
+  std::vector<Eigen::Index> rows;
+  for (const Member& member : structure.members) rows.push_back(member.end_row);
+  return rows;
+}
+
+// The columns that move, side by side.
+std::vector<Eigen::Index> moving_columns(const Basis& basis) {
+  std::vector<Eigen::Index> columns;
+  for (std::size_t c = 0; c < basis.kind.size(); ++c) {
+    if (basis.kind[c] != ShapeKind::lean) columns.push_back(static_cast<Eigen::Index>(c));
+  }
+  return columns;
+}
+
+Sway sway_of(const std::vector<Eigen::Index>& rows, const Basis& basis, const Eigen::MatrixXd& coordinates) {
+  const std::vector<Eigen::Index> columns = moving_columns(basis);
+  const Eigen::MatrixXd moving = coordinates(Eigen::all, columns);
+  Sway sway{.coordinates =
+                moving.colwise().norm().transpose() / std::sqrt(static_cast<double>(moving.rows()))};
+  const Eigen::MatrixXd root = covariance_root(moving);
   const auto rms = [&](Eigen::Index row) {
-    Eigen::MatrixXd moved = modes.shapes.middleRows(row, 3) * root.topRows(modes.count());
-    if (more.count() > 0) moved += more.shapes.middleRows(row, 3) * root.bottomRows(more.count());
-    return moved.norm();
+    return (basis.columns(Eigen::seqN(row, 3), columns) * root).norm();
   };
-  for (Eigen::Index k = 0; k < modes.shapes.rows() / 6; ++k) {
-    sway.rotation = std::max(sway.rotation, rms(6 * k + 3));
-    const double displacement = rms(6 * k);
-    if (displacement > sway.displacement) {
-      sway.displacement = displacement;
+  std::vector<std::array<double, 2>> moved(rows.size());
+  tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t k) {
+    if (rows[k] >= 0) moved[k] = {rms(rows[k]), rms(rows[k] + 3)};
+  });
+  for (std::size_t k = 0; k < moved.size(); ++k) {
+    sway.rotation = std::max(sway.rotation, moved[k][1]);
+    if (moved[k][0] > sway.displacement) {
+      sway.displacement = moved[k][0];
       sway.branch = static_cast<int>(k);
     }
   }
@@ -48,32 +66,30 @@ struct Stretch {
 };
 
 // How the ends of a branch move apart.
-Vec3 separation(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement, int branch) {
-  const EndDisplacements ends = end_displacements(structure, displacement, branch);
-  Vec3 start = ends.start_translation;
-  if (structure.parent[static_cast<std::size_t>(branch)] < 0)
-    start = foot_displacement(structure, displacement, branch).head<3>();
-  return ends.end_translation - start;
+Vec3 separation(const Member& member, Eigen::Ref<const Eigen::VectorXd> displacement) {
+  const EndDisplacements ends = end_displacements(member, displacement);
+  const Vec3 foot = foot_displacement(member, displacement).head<3>();
+  return ends.end_translation - (ends.start_translation + foot);
 }
 
 // Of a few branches, at some samples.
-Stretch stretch_of(const Structure& structure, const Modes& modes, const Motion& motion,
-                   const Eigen::MatrixXd& weights, int first, int last) {
+Stretch stretch_of(const Structure& structure, const Basis& basis, const Eigen::MatrixXd& weights, int first,
+                   int last) {
   constexpr Eigen::Index frames_together = 256;
   Eigen::MatrixXd apart(3 * (last - first), weights.cols());
   for (Eigen::Index c = 0; c < weights.cols(); ++c) {
-    const Eigen::Ref<const Eigen::VectorXd> shape = shape_of(modes, motion, c);
     for (int k = first; k < last; ++k)
-      apart.block<3, 1>(3 * (k - first), c) = separation(structure, shape, k);
+      apart.block<3, 1>(3 * (k - first), c) =
+          separation(structure.members[static_cast<std::size_t>(k)], basis.columns.col(c));
   }
   Stretch most;
   for (Eigen::Index begin = 0; begin < weights.rows(); begin += frames_together) {
     const Eigen::Index frames = std::min(frames_together, weights.rows() - begin);
     const Eigen::MatrixXd moved = apart * weights.middleRows(begin, frames).transpose();
     for (int k = first; k < last; ++k) {
-      const auto index = static_cast<std::size_t>(k);
-      const double length = structure.beams[index].length;
-      const Vec3 chord = length * structure.direction[index];
+      const Member& member = structure.members[static_cast<std::size_t>(k)];
+      const double length = member.beam.length;
+      const Vec3 chord = length * member.direction;
       const double longest =
           (moved.middleRows<3>(3 * (k - first)).colwise() + chord).colwise().norm().maxCoeff();
       if (longest / length - 1 > most.share) most = {longest / length - 1, k};
@@ -82,23 +98,24 @@ Stretch stretch_of(const Structure& structure, const Modes& modes, const Motion&
   return most;
 }
 
-Stretch largest_stretch(const Structure& structure, const Modes& modes, const Motion& motion) {
+Stretch largest_stretch(const Structure& structure, const Motion& motion) {
+  if (structure.members.empty()) return {};
   constexpr double operations = 4e8;
   constexpr int fewest_frames = 32, branches_together = 512;
-  const Eigen::Index samples = motion.sample_count(), columns = 1 + motion.coordinates.cols();
-  const int count = structure.branch_count();
+  const Eigen::Index samples = motion.sample_count(), columns = motion.coordinates.cols();
+  const int count = static_cast<int>(structure.members.size());
   const double affordable = operations / (6.0 * count * static_cast<double>(columns));
   const Eigen::Index frames =
       std::min(samples, std::max<Eigen::Index>(fewest_frames, static_cast<Eigen::Index>(affordable)));
   Eigen::MatrixXd weights(frames, columns);
   for (Eigen::Index frame = 0; frame < frames; ++frame)
-    weights.row(frame) << 1, motion.coordinates.row(frame * samples / frames);
+    weights.row(frame) = motion.coordinates.row(frame * samples / frames);
 
   std::vector<Stretch> parts(static_cast<std::size_t>((count + branches_together - 1) / branches_together));
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
     const int first = static_cast<int>(part) * branches_together;
     parts[part] =
-        stretch_of(structure, modes, motion, weights, first, std::min(count, first + branches_together));
+        stretch_of(structure, motion.basis, weights, first, std::min(count, first + branches_together));
   });
   return *std::max_element(parts.begin(), parts.end(),
                            [](const Stretch& a, const Stretch& b) { return a.share < b.share; });
@@ -106,26 +123,23 @@ Stretch largest_stretch(const Structure& structure, const Modes& modes, const Mo
 
 }  // namespace
 
-MotionStatistics motion_statistics(const Structure& structure, const Modes& modes, const Motion& motion) {
-  check_belong_together(modes, motion);
-  if (motion.lean.size() != structure.size()) {
-    throw InputError("rows of the motion", std::to_string(motion.lean.size()),
-                     std::to_string(structure.size()) + " for this structure");
-  }
-  if (motion.sample_count() == 0) throw InputError("motion", "no sample", "one or more");
-  if (!motion.lean.allFinite() || !motion.coordinates.allFinite())
-    throw InputError("motion", "a displacement that is no number", "numbers");
+MotionStatistics motion_statistics(const Structure& structure, const Motion& motion) {
+  check_motion(motion);
+  check_equal("rows of the motion", motion.basis.columns.rows(), structure.size());
 
   MotionStatistics statistics;
-  for (Eigen::Index k = 0; k < motion.lean.size() / 6; ++k) {
-    statistics.largest_lean = std::max(statistics.largest_lean, motion.lean.segment<3>(6 * k).norm());
+  const std::vector<Eigen::Index> rows = end_rows(structure);
+  const Eigen::VectorXd lean = lean_of(motion.basis);
+  for (const Eigen::Index row : rows) {
+    if (row < 0) continue;
+    statistics.largest_lean = std::max(statistics.largest_lean, lean.segment<3>(row).norm());
     statistics.largest_lean_rotation =
-        std::max(statistics.largest_lean_rotation, motion.lean.segment<3>(6 * k + 3).norm());
+        std::max(statistics.largest_lean_rotation, lean.segment<3>(row + 3).norm());
   }
   const Eigen::RowVectorXd mean = motion.coordinates.colwise().mean();
-  statistics.about_lean = sway_of(modes, motion.static_shapes, motion.coordinates);
-  statistics.about_mean = sway_of(modes, motion.static_shapes, motion.coordinates.rowwise() - mean);
-  const Stretch stretch = largest_stretch(structure, modes, motion);
+  statistics.about_lean = sway_of(rows, motion.basis, motion.coordinates);
+  statistics.about_mean = sway_of(rows, motion.basis, motion.coordinates.rowwise() - mean);
+  const Stretch stretch = largest_stretch(structure, motion);
   statistics.largest_stretch = stretch.share;
   statistics.most_stretched_branch = stretch.branch;
   return statistics;

@@ -2,21 +2,20 @@
 #pragma once
 
 #include "tremula/dynamics/motion.hpp"
-#include "tremula/modes/modes.hpp"
 #include "tremula/structure/structure.hpp"
 
 namespace tremula {
 
 // Root mean squares over the loop.
 struct Sway {
-  double displacement = 0;           // of the node that moves most [m]
-  double rotation = 0;               // of the node that turns most [rad]
-  int branch = 0;                    // whose end moves most
-  Eigen::VectorXd coordinates = {};  // (m + k) of the modal coordinates [m sqrt(kg)]
+  double displacement = 0;           // of the end of a member that moves most [m]
+  double rotation = 0;               // of the end that turns most [rad]
+  int branch = 0;                    // the member whose end moves most
+  Eigen::VectorXd coordinates = {};  // (m + k) of modes and static shapes [m sqrt(kg)]
 };
 
 struct MotionStatistics {
-  double largest_lean = 0;           // displacement of a node under the mean wind [m]
+  double largest_lean = 0;           // displacement of an end under the mean wind [m]
   double largest_lean_rotation = 0;  // [rad]
   // A loop has gusts slower than itself as a mean of its own, which the seed decides. About the lean they
   // count: over seeds and for any period the mean square is the variance of the wind's answer. About the
@@ -33,6 +32,6 @@ struct MotionStatistics {
 // looked for at all samples, or, on large plants in long loops, at as many of them, evenly spaced, as 4e8
 // operations allow, at least 32. Throws InputError for a motion that holds numbers that are none, and for one
 // of another structure.
-MotionStatistics motion_statistics(const Structure& structure, const Modes& modes, const Motion& motion);
+MotionStatistics motion_statistics(const Structure& structure, const Motion& motion);
 
 }  // namespace tremula

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/QR>
@@ -13,16 +14,35 @@
 namespace tremula {
 namespace {
 
-Eigen::ArrayXd rotation_angles(const Eigen::VectorXd& displacement) {
-  Eigen::ArrayXd angles(displacement.size() / 6);
-  for (Eigen::Index k = 0; k < angles.size(); ++k) angles[k] = displacement.segment<3>(6 * k + 3).norm();
+// (P) By how much what is at each point has turned.
+Eigen::ArrayXd rotation_angles(const Sites& sites, const Eigen::VectorXd& displacement) {
+  Eigen::ArrayXd angles(sites.point_count());
+  for (Eigen::Index p = 0; p < angles.size(); ++p) {
+    const Eigen::Index row = sites.turning_row[static_cast<std::size_t>(p)];
+    angles[p] = row < 0 ? 0 : displacement.segment<3>(row + 3).norm();
+  }
   return angles;
+}
+
+Eigen::Matrix3Xd mean_forces(const Loads& loads) {
+  Eigen::Matrix3Xd forces(3, static_cast<Eigen::Index>(loads.sites.size()));
+  for (std::size_t s = 0; s < loads.sites.size(); ++s)
+    forces.col(static_cast<Eigen::Index>(s)) = loads.sites[s].mean;
+  return forces;
+}
+
+void reduce(const Sites& sites, const Eigen::ArrayXd& lambda, Loads& loads) {
+  for (std::size_t s = 0; s < sites.sites.size(); ++s) {
+    const double factor = lambda[sites.sites[s].point];
+    loads.sites[s].mean *= factor;
+    loads.sites[s].per_velocity *= factor;
+  }
 }
 
 }  // namespace
 
-Eigen::VectorXd lean_and_reconfigure(const Structure& structure, const Reconfiguration& reconfiguration,
-                                     Loads& loads) {
+Lean find_lean(const Structure& structure, const Sites& sites, Loads loads,
+               const Reconfiguration& reconfiguration) {
   constexpr double smallest_angle = 1e-6;
   const double angle = reconfiguration.angle;
   if (!std::isfinite(angle) || (angle != 0 && angle < smallest_angle)) {
@@ -30,17 +50,17 @@ Eigen::VectorXd lean_and_reconfigure(const Structure& structure, const Reconfigu
     std::snprintf(found, sizeof found, "%g rad", angle);
     throw InputError("reconfiguration angle", found, "0, or 1e-6 rad or more");
   }
-  Eigen::VectorXd lean = solve_static(structure, mean_force(structure, loads));
-  if (reconfiguration.angle == 0) return lean;
-  const auto x_squared = [&] { return (rotation_angles(lean) / reconfiguration.angle).square().eval(); };
+  Eigen::VectorXd lean = structure.flexibility(mean_force(sites, loads));
+  if (angle == 0) return {lean, std::move(loads)};
+  const Eigen::SparseMatrix<double> by_point = sites.gather_by_point(mean_forces(loads));
+  const auto x_squared = [&] { return (rotation_angles(sites, lean) / angle).square().eval(); };
 
   // Fixed-point iteration on the logarithm of lambda. Undamped it would overshoot by up to four times the
   // error; a fifth of the step makes the error shrink to 0.8 or less of itself each time. What the last steps
   // did to it tells where it would vanish (Anderson 1965, J. ACM 12), which is ten times sooner.
   constexpr double step = 0.2, tolerance = 1e-10, good_enough = 1e-3;
   constexpr int most_iterations = 200, memory = 4;
-  const std::vector<BranchLoad> whole = loads.branches;
-  const Eigen::Index count = structure.branch_count();
+  const Eigen::Index count = sites.point_count();
   Eigen::VectorXd logarithm = Eigen::VectorXd::Zero(count), last_error, last_logarithm;
   Eigen::MatrixXd errors(count, memory), logarithms(count, memory);  // what they changed by
   for (int iteration = 0;; ++iteration) {
@@ -69,23 +89,15 @@ Eigen::VectorXd lean_and_reconfigure(const Structure& structure, const Reconfigu
       logarithm -= (logarithms.leftCols(known) + step * past) * share;
     }
     logarithm = logarithm.cwiseMin(0);
-    for (std::size_t k = 0; k < whole.size(); ++k) {
-      loads.branches[k].mean = std::exp(logarithm[static_cast<Eigen::Index>(k)]) * whole[k].mean;
-    }
-    lean = solve_static(structure, mean_force(structure, loads));
+    lean = structure.flexibility(by_point * logarithm.array().exp().matrix());
   }
   // F ~ U^2 lambda(theta) with theta ~ F: d ln F/d ln U = 2 / (1 - d ln lambda/d ln theta), instead of 2.
   // That is so because the drag falls as the branch turns, which is a stiffness; what a branch meets that
   // moves at an angle, the damping, is the drag at that angle.
-  const Eigen::ArrayXd x2 = x_squared(), lambda = logarithm.array().exp();
-  for (std::size_t k = 0; k < whole.size(); ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    loads.branches[k].per_velocity *= lambda[row] / (1 + 4 * x2[row] / (1 + x2[row]));
-    loads.branches[k].drag_per_diameter *= lambda[row];
-  }
-  for (std::size_t i = 0; i < loads.leaf_per_velocity.size(); ++i)
-    loads.leaf_per_velocity[i] *= lambda[loads.leaf_branch[i]];
-  return lean;
+  const Eigen::ArrayXd x2 = x_squared();
+  reduce(sites, logarithm.array().exp(), loads);
+  loads.gust_share.array() /= 1 + 4 * x2 / (1 + x2);
+  return {lean, std::move(loads)};
 }
 
 }  // namespace tremula

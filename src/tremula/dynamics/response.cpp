@@ -2,7 +2,6 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
-#include "tremula/numerics/fft.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -13,39 +12,6 @@
 
 namespace tremula {
 
-Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeAxis& axis,
-                               const VelocityAtBin& velocity) {
-  check_at_least("samples of the loop", axis.sample_count, 1);
-  Eigen::MatrixXcd modal_forces(axis.bin_count(), participation.cols());
-  // Every bin is worked out by one thread in one order, so the threads do not show in the result.
-  tbb::parallel_for(0, axis.bin_count(), [&](int bin) {
-    const Eigen::Matrix3Xcd wind = velocity(bin);
-    check_equal("points of the wind, three numbers each", 3 * wind.cols(), participation.rows());
-    const Eigen::VectorXcd stacked = wind.reshaped();
-    Eigen::VectorXcd force(participation.cols());
-    force.real().noalias() = participation.transpose() * stacked.real();
-    force.imag().noalias() = participation.transpose() * stacked.imag();
-    modal_forces.row(bin) = force.transpose();
-  });
-  return modal_forces;
-}
-
-Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis,
-               const Damping& damping, const Eigen::VectorXd& lean) {
-  check_equal("bins of the modal forces", modal_forces.rows(), axis.bin_count());
-  check_equal("modes of the modal forces", modal_forces.cols(), modes.count());
-  Eigen::MatrixXcd coordinates(modal_forces.rows(), modal_forces.cols());
-  const Eigen::VectorXd mode_omega = modes.omega(), damping_rate = structural_damping(damping, mode_omega);
-  for (Eigen::Index r = 0; r < modal_forces.cols(); ++r) {
-    for (int bin = 0; bin < axis.bin_count(); ++bin) {
-      const double omega = axis.omega(bin);
-      coordinates(bin, r) = modal_forces(bin, r) / std::complex(mode_omega[r] * mode_omega[r] - omega * omega,
-                                                                damping_rate[r] * omega);
-    }
-  }
-  return {axis.period, samples_from_half_spectra(coordinates, axis.sample_count), lean};
-}
-
 Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& participation,
                          const TimeAxis& axis, const PointWind& wind,
                          const std::function<void(double done)>& progress) {
@@ -54,7 +20,9 @@ Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& par
   constexpr int bins_together = 4;
   check_equal("columns of the participation", participation.cols(), transfer.coordinate_count());
   check_equal("points of the wind, three numbers each", 3 * wind.mean.cols(), participation.rows());
-  const int first = wind.has_slow_gusts ? 0 : 1, count = axis.bin_count() - first;
+  // Sampled as the papers have it, a loop has no mean but the lean.
+  const bool slow_gusts = wind.has_slow_gusts && !(transfer.kind() == Transfer::sampled && wind.power);
+  const int first = slow_gusts ? 0 : 1, count = axis.bin_count() - first;
   Eigen::MatrixXcd coordinates = Eigen::MatrixXcd::Zero(axis.bin_count(), participation.cols());
   std::atomic<int> bins_done = 0;
   tbb::parallel_for(0, (count + bins_together - 1) / bins_together, [&](int group) {

@@ -1,10 +1,7 @@
 // From the wind to the motion, in the frequency domain (S section 3, 5 and 6).
 #pragma once
 
-#include "tremula/dynamics/damping.hpp"
-#include "tremula/dynamics/motion.hpp"
 #include "tremula/dynamics/transfer.hpp"
-#include "tremula/modes/modes.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/point_wind.hpp"
 
@@ -14,23 +11,9 @@
 
 namespace tremula {
 
-// Gives the Fourier coefficients of the wind at the load points for a bin: (3 x N) [m/s]. Called from several
-// threads at once, for each bin once.
-using VelocityAtBin = std::function<Eigen::Matrix3Xcd(int bin)>;
-
-// Modal forces for every bin, one wind field at a time: never more than a bin of wind per thread is held.
-// participation (3N x m) -> (M/2+1 x m)
-Eigen::MatrixXcd project_loads(const Eigen::MatrixXd& participation, const TimeAxis& axis,
-                               const VelocityAtBin& velocity);
-
-// S eq. 7 in every bin, the loop by inverse FFT:
-//   y_r(omega) = f_r(omega) / (omega_r^2 - omega^2 + i c_r omega),  omega = 2 pi p/T (errata S2).
-// modal_forces (M/2+1 x m); lean (6N) goes into the Motion as it is.
-Motion respond(const Modes& modes, const Eigen::MatrixXcd& modal_forces, const TimeAxis& axis,
-               const Damping& damping, const Eigen::VectorXd& lean);
-
-// The same with all that the transfer function knows: damping between modes, the width of the bins, static
-// coordinates. participation (3N x (m + k)). A wind without draws wants Transfer::sampled; without slow gusts
+// S eq. 7 in every bin, with all that the transfer function knows: damping between modes, the width of the
+// bins, static coordinates. One bin of wind at a time a thread: no array of points and bins ever exists.
+// participation (3P x (m + k)). A wind without draws wants Transfer::sampled; without slow gusts
 // bin 0 stays zero. Gives the coefficients of the coordinates, (M/2+1 x (m + k)): samples_from_half_spectra
 // makes the loop of them.
 Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& participation,

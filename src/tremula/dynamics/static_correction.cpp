@@ -10,22 +10,23 @@
 
 namespace tremula {
 
-StaticShapes static_shapes(const Structure& structure, const Loads& loads, const Modes& modes) {
+StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
+                           const Modes& modes) {
   check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
   check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
   constexpr double negligible = 1e-10;  // of the elastic energy under the load
   const Eigen::VectorXd flexibility = modes.omega().cwiseAbs2().cwiseInverse();
   std::vector<Eigen::VectorXd> deflections, forces;
   for (int direction = 0; direction < 3; ++direction) {
-    Eigen::Matrix3Xd gust = Eigen::Matrix3Xd::Zero(3, structure.branch_count());
+    Eigen::Matrix3Xd gust = Eigen::Matrix3Xd::Zero(3, sites.point_count());
     gust.row(direction).setOnes();
-    const Eigen::VectorXd force = fluctuating_force(structure, loads, gust);
-    const Eigen::VectorXd exact = solve_static(structure, force);
+    const Eigen::VectorXd force = fluctuating_force(sites, loads, gust);
+    const Eigen::VectorXd exact = structure.flexibility(force);
     const Eigen::VectorXd modal = modes.shapes.transpose() * force;
     const Eigen::VectorXd by_modes = modes.shapes * flexibility.cwiseProduct(modal);
     const Eigen::VectorXd left = exact - by_modes;
     // K of what is left, without forming K: K phi = omega^2 M phi.
-    const Eigen::VectorXd force_left = force - apply_mass(structure, modes.shapes * modal);
+    const Eigen::VectorXd force_left = force - structure.mass(modes.shapes * modal);
     if (!(left.dot(force_left) > negligible * exact.dot(force))) continue;
     deflections.push_back(left);
     forces.push_back(force_left);
@@ -41,7 +42,7 @@ StaticShapes static_shapes(const Structure& structure, const Loads& loads, const
     forces[i] *= scale;
   }
   for (Eigen::Index a = 0; a < count; ++a) {
-    const Eigen::VectorXd inertia = apply_mass(structure, vectors.col(a));
+    const Eigen::VectorXd inertia = structure.mass(vectors.col(a));
     for (Eigen::Index b = 0; b < count; ++b) {
       stiffness(a, b) = vectors.col(b).dot(forces[static_cast<std::size_t>(a)]);
       mass(a, b) = vectors.col(b).dot(inertia);
@@ -65,21 +66,6 @@ StaticShapes static_shapes(const Structure& structure, const Loads& loads, const
   const Eigen::VectorXd omega = solver.eigenvalues().tail(kept).reverse().cwiseInverse().cwiseSqrt();
   const Eigen::MatrixXd coefficients = solver.eigenvectors().rightCols(kept).rowwise().reverse();
   return {omega / (2 * std::numbers::pi), vectors * (basis * coefficients) * omega.asDiagonal()};
-}
-
-Modes with_static_shapes(const Modes& modes, const StaticShapes& shapes) {
-  Modes all = modes;
-  if (shapes.count() == 0) return all;
-  check_equal("rows of the static shapes", shapes.shapes.rows(), modes.shapes.rows());
-  check_equal("columns of the static shapes", shapes.shapes.cols(), shapes.count());
-  const Eigen::Index count = modes.count(), more = shapes.count();
-  all.frequency.conservativeResize(count + more);
-  all.frequency.tail(more) = shapes.frequency;
-  all.residual.conservativeResizeLike(Eigen::VectorXd::Zero(count + more));
-  all.error_bound.conservativeResizeLike(Eigen::VectorXd::Zero(count + more));
-  all.shapes.conservativeResize(Eigen::NoChange, count + more);
-  all.shapes.rightCols(more) = shapes.shapes;
-  return all;
 }
 
 }  // namespace tremula

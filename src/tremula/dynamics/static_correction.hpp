@@ -2,19 +2,26 @@
 #pragma once
 
 #include "tremula/dynamics/loads.hpp"
-#include "tremula/dynamics/motion.hpp"
 #include "tremula/modes/modes.hpp"
+#include "tremula/structure/structure.hpp"
 
 #include <Eigen/Core>
 
 namespace tremula {
 
+// Shapes beside the modes, at right angles to them in mass and in stiffness and mass-normalised like them.
+// Their coordinates follow the wind at once: y = f/omega^2.
+struct StaticShapes {
+  Eigen::VectorXd frequency;  // (k) Rayleigh quotients [Hz]
+  Eigen::MatrixXd shapes;     // (rows x k)
+
+  int count() const { return static_cast<int>(frequency.size()); }
+};
+
 // Up to three: with them, the static deflection under a gust that is the same everywhere, in any direction,
 // is the exact K^-1 f of the loads, however few the modes (residual flexibility; load-dependent vectors of
 // Wilson, Yuan & Dickens 1982, Earthquake Eng. Struct. Dyn. 10). None where the modes already say all.
-StaticShapes static_shapes(const Structure& structure, const Loads& loads, const Modes& modes);
-
-// The modes and the static shapes behind them, in one table, as Motion's coordinates count them.
-Modes with_static_shapes(const Modes& modes, const StaticShapes& shapes);
+StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
+                           const Modes& modes);
 
 }  // namespace tremula

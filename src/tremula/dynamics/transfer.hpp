@@ -58,6 +58,7 @@ class BinTransfer {
               std::function<double(double omega)> power = {});
 
   Eigen::Index coordinate_count() const { return system_.omega.size(); }
+  Transfer kind() const { return kind_; }
 
   // How each pole, and what follows at once, answers to each draw of the bin's forces.
   struct Weights {
@@ -80,12 +81,5 @@ class BinTransfer {
   std::function<double(double omega)> power_;
   Poles poles_{};
 };
-
-// The variance of every coordinate, the integral of H S_f H^H over all f > 0, for modal forces with one
-// cross-spectral matrix (one-sided, per Hz) times relative_power(omega), by quadrature between frequencies
-// [rad/s]: what the variances of loops are compared with.
-Eigen::VectorXd response_variance(const ModalSystem& system, const Eigen::MatrixXd& force_spectrum,
-                                  const std::function<double(double omega)>& relative_power, double lowest,
-                                  double highest);
 
 }  // namespace tremula

@@ -209,7 +209,8 @@ class TubeWriter {
 
  private:
   void add_triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    surface_.bark_triangles.insert(surface_.bark_triangles.end(), {a, b, c});
+    std::vector<std::uint32_t>& triangles = surface_.parts.front().triangles;
+    triangles.insert(triangles.end(), {a, b, c});
   }
 
   Surface& surface_;
@@ -440,7 +441,7 @@ void add_leaf(const Leaf& leaf, Surface& surface) {
     const std::uint32_t a = leaf_faces[f], b = leaf_faces[f + 1], c = leaf_faces[f + 2];
     const Vec3 face = (corners[b] - corners[a]).cross(corners[c] - corners[a]);
     for (const std::uint32_t corner : {a, b, c}) normals[corner] += face;
-    for (const std::uint32_t corner : {a, b, c}) surface.leaf_triangles.push_back(first + corner);
+    for (const std::uint32_t corner : {a, b, c}) surface.parts.back().triangles.push_back(first + corner);
   }
   for (const Vec3& normal : normals) {
     surface.normal.emplace_back(unit_or(normal / (leaf.length * leaf.width), up).cast<float>());
@@ -465,14 +466,19 @@ Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options) {
   check_options(options);
   const Tubes tubes = measure_tubes(skeleton, options);
   Surface surface;
+  surface.parts.push_back({options.tube, {}});
   const Children children = children_by_node(skeleton);
   for (const std::vector<int>& axis : tubes.axes) {
     mesh_axis(skeleton, tubes, lay_path(skeleton, tubes, axis), options, surface);
     if (hangs_on_an_arm(skeleton, children, axis.front()))
       mesh_arm(skeleton, axis.front(), options.min_sides, surface);
   }
-  surface.first_leaf_vertex = static_cast<std::uint32_t>(surface.vertex_count());
-  if (options.leaves) {
+  if (options.leaves && !skeleton.leaves.empty()) {
+    surface.parts.push_back({options.leaf,
+                             {},
+                             {.first_vertex = static_cast<std::uint32_t>(surface.vertex_count()),
+                              .size = leaf_vertices,
+                              .count = static_cast<std::uint32_t>(skeleton.leaves.size())}});
     for (const Leaf& leaf : skeleton.leaves) add_leaf(leaf, surface);
   }
   return surface;

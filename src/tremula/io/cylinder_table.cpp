@@ -122,7 +122,7 @@ ImportedSkeleton read_cylinder_table(std::string_view text, const std::string& p
   while (lines.next(line)) {
     if (line.empty() || line[0] == '#') continue;
     const Fields fields = split_row(line, header.delimiter);
-    const Row row{path, lines.number, fields};
+    const TableRow row{path, lines.number, fields};
     if (model.cylinders.empty()) {
       // A header may stop early: TreeQSM's names are followed by more columns than they say in some versions.
       const std::size_t named = header.plain.size();

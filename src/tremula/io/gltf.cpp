@@ -1,5 +1,6 @@
 #include "tremula/io/gltf.hpp"
 
+#include "tremula/base/color.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/finite.hpp"
@@ -9,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <type_traits>
 #include <vector>
 
@@ -255,41 +257,70 @@ Json make_primitive(GlbBuilder& builder, const Surface& surface, const Triangles
   return primitive;
 }
 
-double to_linear(double srgb) {
-  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
-}
-
-Json make_material(const char* name, const Vec3f& srgb, double roughness, bool double_sided) {
+Json make_material(const SurfaceMaterial& material) {
   Json color = Json::array();
-  // Six digits: what pow() gives beyond them may differ between machines.
-  for (const float channel : srgb) color.push_back(std::round(to_linear(channel) * 1e6) / 1e6);
+  // Six digits: what pow() gives beyond them may differ between machines, and floats have no more.
+  const auto six_digits = [](double value) { return std::round(value * 1e6) / 1e6; };
+  for (const float channel : material.color)
+    color.push_back(six_digits(linear_from_srgb(static_cast<double>(channel))));
   color.push_back(1);
-  Json material = {
-      {"name", name},
-      {"pbrMetallicRoughness",
-       {{"baseColorFactor", std::move(color)}, {"metallicFactor", 0}, {"roughnessFactor", roughness}}}};
-  if (double_sided) material["doubleSided"] = true;
-  return material;
+  Json json = {{"name", material.name},
+               {"pbrMetallicRoughness",
+                {{"baseColorFactor", std::move(color)},
+                 {"metallicFactor", 0},
+                 {"roughnessFactor", six_digits(static_cast<double>(material.roughness))}}}};
+  if (material.two_sided) json["doubleSided"] = true;
+  return json;
 }
 
+// A channel for every instance; those that move at the same time share their keys.
 Json make_animation(GlbBuilder& builder, const MorphTargets& morphs) {
-  const int input = builder.add_numbers(morphs.times);
-  builder.accessor(input)["min"] = {morphs.times.front()};
-  builder.accessor(input)["max"] = {morphs.times.back()};
-  const int output = builder.add_numbers(morphs.weights);
-  return {{"name", "wind loop"},
-          {"channels", Json::array({{{"sampler", 0}, {"target", {{"node", 0}, {"path", "weights"}}}}})},
-          {"samplers", Json::array({{{"input", input}, {"output", output}, {"interpolation", "LINEAR"}}})}};
+  std::map<double, std::size_t> sampler_of_shift;
+  Json channels = Json::array(), samplers = Json::array();
+  for (std::size_t i = 0; i < morphs.instances.size(); ++i) {
+    const Instance& instance = morphs.instances[i];
+    const auto [sampler, is_new] = sampler_of_shift.try_emplace(instance.time_shift, samplers.size());
+    if (is_new) {
+      const WeightTable table = weights_of(morphs, instance);
+      const int input = builder.add_numbers(table.times);
+      builder.accessor(input)["min"] = {table.times.front()};
+      builder.accessor(input)["max"] = {table.times.back()};
+      const int output = builder.add_numbers(table.weights);
+      samplers.push_back({{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
+    }
+    channels.push_back({{"sampler", sampler->second}, {"target", {{"node", i}, {"path", "weights"}}}});
+  }
+  return {{"name", "wind loop"}, {"channels", std::move(channels)}, {"samplers", std::move(samplers)}};
+}
+
+// One for every instance, all of one mesh. `step`: what the mesh's numbers are in [m].
+Json make_nodes(const MorphTargets& morphs, const std::string& name, double step) {
+  Json nodes = Json::array();
+  for (std::size_t i = 0; i < morphs.instances.size(); ++i) {
+    const Instance& instance = morphs.instances[i];
+    Json node = {{"name", i == 0 ? name : name + " " + std::to_string(i + 1)}, {"mesh", 0}};
+    if (!instance.position.isZero(0))
+      node["translation"] = {instance.position.x(), instance.position.z(), 0 - instance.position.y()};
+    if (instance.turn != 0)
+      node["rotation"] = {0, std::sin(instance.turn / 2), 0, std::cos(instance.turn / 2)};
+    const double scale = step * instance.scale;
+    if (scale != 1) node["scale"] = {scale, scale, scale};
+    if (instance.time_shift != 0) node["extras"] = {{"tremula", {{"time_shift_s", instance.time_shift}}}};
+    nodes.push_back(std::move(node));
+  }
+  return nodes;
 }
 
 void check_fit(const Surface& surface, const MorphTargets& morphs) {
   const std::size_t count = surface.vertex_count();
-  if (surface.bark_triangles.empty() && surface.leaf_triangles.empty())
+  if (std::all_of(surface.parts.begin(), surface.parts.end(),
+                  [](const SurfacePart& part) { return part.triangles.empty(); }))
     throw Error("glTF: the surface has no triangles");
   check_finite("glTF: positions of the surface", surface.position);
   check_finite("glTF: normals of the surface", surface.normal);
   check_finite("glTF: times of the loop", morphs.times);
   check_finite("glTF: weights of the loop", morphs.weights);
+  check_instances(morphs.instances);
   if (morphs.weights.size() != morphs.key_count() * morphs.target_count()) {
     throw Error("glTF: " + std::to_string(morphs.weights.size()) +
                 " weights, wanted one for each key and target");
@@ -302,18 +333,6 @@ void check_fit(const Surface& surface, const MorphTargets& morphs) {
     check_finite("glTF: positions of a morph target", shape.position);
     check_finite("glTF: normals of a morph target", shape.normal);
   }
-}
-
-const char* name_of(ShapeKind kind) {
-  switch (kind) {
-    case ShapeKind::lean:
-      return "lean";
-    case ShapeKind::mode:
-      return "mode";
-    case ShapeKind::static_shape:
-      break;
-  }
-  return "static";
 }
 
 Json make_mesh(const MorphTargets& morphs, const std::string& name, Json primitives) {
@@ -336,7 +355,7 @@ Json make_mesh(const MorphTargets& morphs, const std::string& name, Json primiti
 
 }  // namespace
 
-std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const LoopInfo& info,
+std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts,
                        const GltfOptions& options) {
   check_fit(surface, morphs);
   const Base base = base_of(surface, morphs);
@@ -345,31 +364,30 @@ std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const
 
   GlbBuilder builder(options.compression);
   Json primitives = Json::array(), materials = Json::array();
-  const auto add_part = [&](const Triangles& triangles, Json material) {
-    if (triangles.empty()) return;
-    primitives.push_back(make_primitive(builder, surface, triangles, morphs, base, step, quantised,
+  for (const SurfacePart& part : surface.parts) {
+    if (part.triangles.empty()) continue;
+    primitives.push_back(make_primitive(builder, surface, part.triangles, morphs, base, step, quantised,
                                         static_cast<int>(materials.size())));
-    materials.push_back(std::move(material));
-  };
-  add_part(surface.bark_triangles, make_material("bark", surface.bark_color, 0.9, false));
-  add_part(surface.leaf_triangles, make_material("leaf", surface.leaf_color, 0.6, true));
+    materials.push_back(make_material(part.material));
+  }
 
-  const Json facts = {{"period_s", morphs.period},
-                      {"frames_per_second", info.frames_per_second},
-                      {"wind_speed_m_s", info.wind_speed},
-                      {"heading_deg", info.heading},
-                      {"seed", info.seed},
-                      {"frequencies_hz", morphs.frequencies},
-                      {"static_shapes", morphs.static_shape_count}};
-  Json node = {{"name", info.name}, {"mesh", 0}};
-  if (quantised) node["scale"] = {step, step, step};
+  const Json extras = {{"period_s", morphs.period},
+                       {"frames_per_second", facts.frames_per_second},
+                       {"wind_speed_m_s", facts.wind_speed},
+                       {"heading_deg", facts.heading},
+                       {"seed", facts.seed},
+                       {"frequencies_hz", morphs.frequencies},
+                       {"static_shapes", morphs.static_shape_count}};
+  Json nodes = make_nodes(morphs, facts.name, quantised ? step : 1);
+  Json roots = Json::array();
+  for (std::size_t i = 0; i < nodes.size(); ++i) roots.push_back(i);
   Json document = {
       {"asset", {{"version", "2.0"}, {"generator", "tremula " TREMULA_VERSION}}},
       {"scene", 0},
       {"scenes",
-       Json::array({{{"name", info.name}, {"nodes", Json::array({0})}, {"extras", {{"tremula", facts}}}}})},
-      {"nodes", Json::array({std::move(node)})},
-      {"meshes", Json::array({make_mesh(morphs, info.name, std::move(primitives))})},
+       Json::array({{{"name", facts.name}, {"nodes", std::move(roots)}, {"extras", {{"tremula", extras}}}}})},
+      {"nodes", std::move(nodes)},
+      {"meshes", Json::array({make_mesh(morphs, facts.name, std::move(primitives))})},
       {"materials", std::move(materials)}};
   if (quantised) {
     Json extensions = Json::array({"KHR_mesh_quantization"});
@@ -381,8 +399,8 @@ std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const
 }
 
 void write_glb(const std::string& path, const Surface& surface, const MorphTargets& morphs,
-               const LoopInfo& info, const GltfOptions& options) {
-  write_file_atomically(path, encode_glb(surface, morphs, info, options));
+               const LoopFacts& facts, const GltfOptions& options) {
+  write_file_atomically(path, encode_glb(surface, morphs, facts, options));
 }
 
 }  // namespace tremula

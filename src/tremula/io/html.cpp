@@ -71,14 +71,14 @@ std::string escape(std::string_view text) {
 
 bool can_write_html() { return !viewer_page().empty(); }
 
-std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopInfo& info) {
+std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts) {
   if (!can_write_html()) {
     throw Error(
         ".html: this program was built without the viewer; build it where node and npm are installed");
   }
   const std::string_view page = viewer_page();
   const std::size_t title = page.find(title_mark), loop = page.find(loop_mark);
-  std::string glb = encode_glb(surface, morphs, info, {.compression = MeshCompression::meshopt});
+  std::string glb = encode_glb(surface, morphs, facts, {.compression = MeshCompression::meshopt});
   const std::string packed = gzip(glb);
   const std::size_t encoded_size = base64_size(packed.size());
   if (encoded_size > max_encoded_size) {
@@ -88,9 +88,9 @@ std::string encode_html(const Surface& surface, const MorphTargets& morphs, cons
   }
 
   std::string html;
-  html.reserve(page.size() + encoded_size + info.name.size() + 64);
+  html.reserve(page.size() + encoded_size + facts.name.size() + 64);
   html += page.substr(0, title);
-  html += escape(info.name);
+  html += escape(facts.name);
   html += page.substr(title + title_mark.size(), loop - title - title_mark.size());
   append_base64(html, packed);
   html += page.substr(loop + loop_mark.size());
@@ -98,8 +98,8 @@ std::string encode_html(const Surface& surface, const MorphTargets& morphs, cons
 }
 
 void write_html(const std::string& path, const Surface& surface, const MorphTargets& morphs,
-                const LoopInfo& info) {
-  write_file_atomically(path, encode_html(surface, morphs, info));
+                const LoopFacts& facts) {
+  write_file_atomically(path, encode_html(surface, morphs, facts));
 }
 
 }  // namespace tremula

@@ -14,10 +14,10 @@ bool can_write_html();
 
 // `morphs` in the form MorphForm::signed_weights. The same arguments give the same bytes. Throws Error as
 // encode_glb() does, and when the page would be larger than browsers open.
-std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopInfo& info);
+std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts);
 
 // Throws Error, also when the file cannot be written, and then leaves none behind.
 void write_html(const std::string& path, const Surface& surface, const MorphTargets& morphs,
-                const LoopInfo& info);
+                const LoopFacts& facts);
 
 }  // namespace tremula

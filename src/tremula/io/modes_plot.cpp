@@ -22,7 +22,8 @@ using Line = std::vector<Eigen::Vector2d>;
 
 constexpr double page_width = 1200, margin = 24;
 constexpr const char *at_rest = "#dedede", *unmoved = "#a8a8a8";
-constexpr std::array kinds{ModeKind::trunk, ModeKind::branch, ModeKind::torsion, ModeKind::axial};
+constexpr std::array kinds{ModeKind::trunk, ModeKind::branch, ModeKind::bending, ModeKind::torsion,
+                           ModeKind::axial};
 
 // Told apart by readers of any colour vision (Okabe & Ito).
 const char* color_of(ModeKind kind) {
@@ -30,6 +31,7 @@ const char* color_of(ModeKind kind) {
     case ModeKind::trunk:
       return "#0072b2";
     case ModeKind::branch:
+    case ModeKind::bending:
       return "#009e73";
     case ModeKind::torsion:
       return "#d55e00";
@@ -63,7 +65,7 @@ double own_mass_share(const ModeQuality& quality, int mode) {
   return quality.participation.row(mode).squaredNorm() / quality.total_mass;
 }
 
-std::string frequency_plot(const Modes& modes, const ModeQuality& quality, const Box& frame) {
+std::string frequency_plot(const Modes& modes, const ModeQuality& quality, const PlotBox& frame) {
   const double lowest = modes.frequency.minCoeff(), highest = modes.frequency.maxCoeff();
   const std::vector<double> frequencies(modes.frequency.begin(), modes.frequency.end());
   Plot plot;
@@ -86,6 +88,32 @@ std::string counted(int count, const std::string& one, const std::string& severa
   return std::to_string(count) + " " + (count == 1 ? one : several);
 }
 
+Vec3 end_of(const Member& member) { return member.point(1); }
+
+// What carries the start of each member: an earlier one that ends there, or -1.
+std::vector<int> carriers_of(const Structure& structure) {
+  std::vector<int> ending(static_cast<std::size_t>(structure.size()), -1), carriers;
+  for (const Member& member : structure.members) {
+    carriers.push_back(member.start_row < 0 ? -1 : ending[static_cast<std::size_t>(member.start_row)]);
+    if (member.end_row < 0) continue;
+    int& first = ending[static_cast<std::size_t>(member.end_row)];
+    if (first < 0) first = static_cast<int>(carriers.size()) - 1;
+  }
+  return carriers;
+}
+
+// The edges of the box around the members [m].
+Vec3 extent_of(const Structure& structure) {
+  Vec3 low = structure.members.front().start, high = low;
+  for (const Member& member : structure.members) {
+    for (const Vec3& point : {member.start, end_of(member)}) {
+      low = low.cwiseMin(point);
+      high = high.cwiseMax(point);
+    }
+  }
+  return high - low;
+}
+
 struct View {
   Vec3 right, up;
   std::string name;
@@ -93,16 +121,15 @@ struct View {
   Eigen::Vector2d see(const Vec3& point) const { return {point.dot(right), point.dot(up)}; }
 };
 
-View view_of(const Skeleton& skeleton, const Displacement& shape, ModeKind kind) {
+View view_of(const Structure& structure, const Eigen::VectorXd& shape, ModeKind kind) {
   if (kind == ModeKind::torsion) {
-    const Extent box = extent(skeleton);
-    const Vec3 size = box.high - box.low;
+    const Vec3 size = extent_of(structure);
     if (size.head<2>().minCoeff() > 0.3 * size.z()) return {Vec3::UnitX(), Vec3::UnitY(), "from above"};
   }
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
-  for (int k = 0; k < skeleton.branch_count(); ++k) {
-    const Eigen::Vector2d moved = shape.segment<2>(6 * k);
-    spread += skeleton.branches[static_cast<std::size_t>(k)].length() * moved * moved.transpose();
+  for (const Member& member : structure.members) {
+    const Eigen::Vector2d moved = end_displacements(member, shape).end_translation.head<2>();
+    spread += member.beam.length * moved * moved.transpose();
   }
   // The direction of the larger spread; x for motion straight up.
   double heading = 0.5 * std::atan2(2 * spread(0, 1), spread(0, 0) - spread(1, 1));
@@ -113,11 +140,12 @@ View view_of(const Skeleton& skeleton, const Displacement& shape, ModeKind kind)
 
 // Which branches a drawing has: half of them carry what moves most, half what is thickest. What carries them
 // is there too.
-std::vector<int> branches_to_draw(const Skeleton& skeleton, const Displacement& shape, int most) {
-  const int count = skeleton.branch_count();
+std::vector<int> branches_to_draw(const Structure& structure, const Eigen::VectorXd& shape, int most) {
+  const int count = static_cast<int>(structure.members.size());
   std::vector<int> order(static_cast<std::size_t>(count));
   std::iota(order.begin(), order.end(), 0);
   if (count <= most) return order;
+  const std::vector<int> carriers = carriers_of(structure);
   std::vector<bool> chosen(order.size());
   int chosen_count = 0;
   const auto choose = [&](int until, const auto& weight_of) {
@@ -125,7 +153,7 @@ std::vector<int> branches_to_draw(const Skeleton& skeleton, const Displacement& 
     for (int k = count - 1; k >= 0; --k) {
       const auto i = static_cast<std::size_t>(k);
       weight[i] = std::max(weight[i], weight_of(k));
-      const int below = skeleton.parent(k);
+      const int below = carriers[i];
       if (below >= 0) weight[std::size_t(below)] = std::max(weight[std::size_t(below)], weight[i]);
     }
     std::sort(order.begin(), order.end(), [&](int a, int b) {
@@ -138,8 +166,9 @@ std::vector<int> branches_to_draw(const Skeleton& skeleton, const Displacement& 
       chosen[k] = true;
     }
   };
-  choose(most / 2, [&](int k) { return shape.segment<3>(6 * k).norm(); });
-  choose(most, [&](int k) { return skeleton.branches[std::size_t(k)].start_radius; });
+  const auto member = [&](int k) -> const Member& { return structure.members[std::size_t(k)]; };
+  choose(most / 2, [&](int k) { return end_displacements(member(k), shape).end_translation.norm(); });
+  choose(most, [&](int k) { return member(k).beam.start_radius; });
   std::vector<int> branches;
   for (int k = 0; k < count; ++k) {
     if (chosen[std::size_t(k)]) branches.push_back(k);
@@ -148,7 +177,7 @@ std::vector<int> branches_to_draw(const Skeleton& skeleton, const Displacement& 
 }
 
 // How much of the mode is shown.
-double amplitude(const Displacement& shape, double size, const ModesPlotOptions& options) {
+double amplitude(const Eigen::VectorXd& shape, double size, const ModesPlotOptions& options) {
   double farthest = 0, most_turned = 0;
   for (Eigen::Index row = 0; row < shape.size(); row += 6) {
     farthest = std::max(farthest, shape.segment<3>(row).norm());
@@ -168,32 +197,35 @@ struct Placement {
 
 // Branches, and the rigid arms that hold them, as lines as wide as they are thick, the more coloured the more
 // their ends move. They are gathered in a few widths and colours to keep files small.
-std::string draw_branches(const Skeleton& skeleton, const Structure& structure,
-                          const std::vector<int>& branches, const Displacement& displacement,
-                          const Placement& placement, const std::string& still, const std::string& moving) {
+std::string draw_branches(const Structure& structure, const std::vector<int>& branches,
+                          const Eigen::VectorXd& displacement, const Placement& placement,
+                          const std::string& still, const std::string& moving) {
   constexpr int shades = 6;
   double farthest = 0;
-  const auto moved = [&](int k) { return displacement.segment<3>(6 * k).norm(); };
+  const auto moved = [&](int k) {
+    const Member& member = structure.members[static_cast<std::size_t>(k)];
+    return end_displacements(member, displacement).end_translation.norm();
+  };
   for (const int k : branches) farthest = std::max(farthest, moved(k));
   std::map<std::pair<int, int>, std::vector<Line>> by_look;  // shade, width
   for (const int k : branches) {
-    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
-    const double width = std::max(0.7, placement.scale * (branch.start_radius + branch.end_radius));
-    const int pieces = std::clamp(static_cast<int>(placement.scale * branch.length() / 8), 1, 24);
+    const Member& member = structure.members[static_cast<std::size_t>(k)];
+    const Beam& beam = member.beam;
+    const double width = std::max(0.7, placement.scale * (beam.start_radius + beam.end_radius));
+    const int pieces = std::clamp(static_cast<int>(placement.scale * beam.length / 8), 1, 24);
     Line line;
     const auto draw_to = [&](const Vec3& point) {
       const Eigen::Vector2d seen = placement.scale * (placement.view.see(point) - placement.center);
       line.emplace_back(placement.at.x() + seen.x(), placement.at.y() - seen.y());
     };
-    const Vec3& node = skeleton.node_position(branch.start_node);
-    if (branch.start != node) {  // a rigid arm
-      const int below = skeleton.parent(k);
-      draw_to(below < 0 ? node : Vec3(node + displacement.segment<3>(6 * below)));
+    if (!member.start_arm.isZero(0)) {  // a rigid arm
+      Vec3 node = member.start - member.start_arm;
+      if (member.start_row >= 0) node += displacement.segment<3>(member.start_row);
+      draw_to(node);
     }
     for (int i = 0; i <= pieces; ++i) {
       const double s = static_cast<double>(i) / pieces;
-      draw_to(branch.start + s * (branch.end - branch.start) +
-              branch_point(skeleton, structure, displacement, k, s).displacement);
+      draw_to(member.point(s) + member_point(member, displacement, s).displacement);
     }
     const double share = farthest > 0 ? std::sqrt(moved(k) / farthest) : 0;
     by_look[{static_cast<int>(std::lround(shades * share)),
@@ -212,10 +244,10 @@ struct Seen {
   Eigen::Vector2d low, high;
 };
 
-Seen seen_extent(const Skeleton& skeleton, const View& view) {
-  Seen seen{view.see(skeleton.branches.front().start), view.see(skeleton.branches.front().start)};
-  for (const Branch& branch : skeleton.branches) {
-    for (const Vec3& point : {branch.start, branch.end}) {
+Seen seen_extent(const Structure& structure, const View& view) {
+  Seen seen{view.see(structure.members.front().start), view.see(structure.members.front().start)};
+  for (const Member& member : structure.members) {
+    for (const Vec3& point : {member.start, end_of(member)}) {
       seen.low = seen.low.cwiseMin(view.see(point));
       seen.high = seen.high.cwiseMax(view.see(point));
     }
@@ -234,14 +266,14 @@ std::string scale_bar(double x, double y, double panel_width, double scale) {
 
 }  // namespace
 
-std::string plot_modes(const Skeleton& skeleton, const Structure& structure, const Modes& modes,
-                       const ModeQuality& quality, const ModesPlotOptions& options) {
+std::string plot_modes(const Structure& structure, const Modes& modes, const ModeQuality& quality,
+                       const ModesPlotOptions& options) {
   check_finite("plot: frequencies", modes.frequency);
   check_finite("plot: total mass", quality.total_mass);
-  const Box frame{84, 78, page_width - 84 - margin, 250};
+  const PlotBox frame{84, 78, page_width - 84 - margin, 250};
   std::string body = svg_text(margin, 36, options.title, {.size = 20, .color = "#111", .bold = true});
   body += svg_text(margin, 58,
-                   counted(skeleton.branch_count(), "branch", "branches") +
+                   counted(static_cast<int>(structure.members.size()), "branch", "branches") +
                        print(", %.4g kg; ", quality.total_mass) + counted(modes.count(), "mode", "modes"),
                    {.size = 13});
   body += frequency_plot(modes, quality, frame);
@@ -251,22 +283,18 @@ std::string plot_modes(const Skeleton& skeleton, const Structure& structure, con
   const double panel_width = (page_width - 2 * margin) / columns;
 
   // One scale for all shapes, so that they can be compared.
-  const double size = [&] {
-    const Extent box = extent(skeleton);
-    return (box.high - box.low).norm();
-  }();
+  const double size = extent_of(structure).norm();
   std::vector<View> views;
   std::vector<Seen> extents;
   Eigen::Vector2d largest = Eigen::Vector2d::Zero();
   for (int r = 0; r < shapes; ++r) {
-    views.push_back(view_of(skeleton, modes.shapes.col(r), quality.kind[static_cast<std::size_t>(r)]));
-    extents.push_back(seen_extent(skeleton, views.back()));
+    views.push_back(view_of(structure, modes.shapes.col(r), quality.kind[static_cast<std::size_t>(r)]));
+    extents.push_back(seen_extent(structure, views.back()));
     largest = largest.cwiseMax(extents.back().high - extents.back().low);
   }
   double thickest = 0;
-  for (const Branch& branch : skeleton.branches) {
-    thickest = std::max({thickest, branch.start_radius, branch.end_radius});
-  }
+  for (const Member& member : structure.members)
+    thickest = std::max({thickest, member.beam.start_radius, member.beam.end_radius});
   const Eigen::Vector2d room =
       largest.array() + 2 * thickest + options.displacement * size * Eigen::Array2d(1.2, 0.8);
   const double caption = 58;
@@ -282,14 +310,14 @@ std::string plot_modes(const Skeleton& skeleton, const Structure& structure, con
                               scale,
                               0.5 * (extents[i].low + extents[i].high),
                               {x + panel_width / 2, y + panel_height / 2}};
-    const Displacement shape = modes.shapes.col(r);
-    const std::vector<int> branches = branches_to_draw(skeleton, shape, options.branch_count);
+    const Eigen::VectorXd shape = modes.shapes.col(r);
+    const std::vector<int> branches = branches_to_draw(structure, shape, options.branch_count);
     const std::string color = color_of(quality.kind[i]);
     body += "<g id=\"mode-" + std::to_string(r + 1) + "\">\n";
-    body += draw_branches(skeleton, structure, branches, Displacement::Zero(shape.size()), placement, at_rest,
-                          at_rest);
-    body += draw_branches(skeleton, structure, branches, amplitude(shape, size, options) * shape, placement,
-                          unmoved, color);
+    body +=
+        draw_branches(structure, branches, Eigen::VectorXd::Zero(shape.size()), placement, at_rest, at_rest);
+    body += draw_branches(structure, branches, amplitude(shape, size, options) * shape, placement, unmoved,
+                          color);
     const double text = y + panel_height + 16;
     body += svg_text(x + panel_width / 2, text,
                      std::to_string(r + 1) + " \u00b7 " + print("%#.4g Hz", modes.frequency[r]),
@@ -302,7 +330,7 @@ std::string plot_modes(const Skeleton& skeleton, const Structure& structure, con
   const int rows = (shapes + columns - 1) / columns;
   const double bottom = top + rows * (panel_height + caption);
   body += scale_bar(margin, bottom, panel_width, scale);
-  if (skeleton.branch_count() > options.branch_count) {
+  if (static_cast<int>(structure.members.size()) > options.branch_count) {
     body += svg_text(page_width - margin, bottom + 1,
                      "Each drawing has the " + std::to_string(options.branch_count) +
                          " branches that move most or are thickest.",

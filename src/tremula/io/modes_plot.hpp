@@ -1,7 +1,6 @@
 // The modes of a plant as one picture: the frequencies with the mass that moves, and the first shapes.
 #pragma once
 
-#include "tremula/geometry/skeleton.hpp"
 #include "tremula/modes/mode_quality.hpp"
 #include "tremula/modes/modes.hpp"
 #include "tremula/structure/structure.hpp"
@@ -22,7 +21,7 @@ struct ModesPlotOptions {
 // lies across (heading: its angle from x towards y); torsion of a wide crown from above. At rest grey;
 // displaced in the colour of the kind, the stronger the more it moves; feet on springs move too. The same
 // arguments give the same bytes.
-std::string plot_modes(const Skeleton& skeleton, const Structure& structure, const Modes& modes,
-                       const ModeQuality& quality, const ModesPlotOptions& options = {});
+std::string plot_modes(const Structure& structure, const Modes& modes, const ModeQuality& quality,
+                       const ModesPlotOptions& options = {});
 
 }  // namespace tremula

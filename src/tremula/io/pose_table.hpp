@@ -1,7 +1,7 @@
 // Node poses as text: one row per frame and node.
 #pragma once
 
-#include "tremula/deformation/pose.hpp"
+#include "tremula/deformation/loop.hpp"
 
 #include <span>
 #include <string>
@@ -9,11 +9,11 @@
 namespace tremula {
 
 // Columns frame,time_s,node,x,y,z,rx,ry,rz: displaced position [m] in the plant's own (recentred) coordinates
-// and rotation vector [rad] of every node, roots first, then the ends of branches 0, 1, …. A root moves as
-// the foot of the first branch that stands on it does on its spring (foot_displacement). Frames are samples
-// of the motion, 0 … M-1 (M is frame 0 again). Numbers are written so that reading gives back the same
-// double. Throws InputError for a frame below 0 or above M.
-std::string encode_pose_table(const Skeleton& skeleton, const Structure& structure, const Modes& modes,
-                              const Motion& motion, std::span<const int> frames);
+// and rotation vector [rad] of every node, of a tree roots first, then the ends of branches 0, 1, …. A root
+// moves as the foot of the first branch that stands on it does on its spring. Frames are samples of the loop,
+// 0 … M-1 (M is frame 0 again). Of several instances a column "instance" (from 0) says whose pose it is.
+// Numbers are written so that reading gives back the same double. Throws InputError for a frame below 0 or
+// above M.
+std::string encode_pose_table(const Loop& loop, std::span<const int> frames);
 
 }  // namespace tremula

@@ -110,7 +110,7 @@ std::vector<ProfileRow> read_profile_table(std::string_view text, const std::str
       continue;
     }
     const Fields fields = split(line, delimiter);
-    const Row row{path, lines.number, fields};
+    const TableRow row{path, lines.number, fields};
     if (fields.count != columns->count || fields.count > fields.at.size()) {
       throw InputError(row.place(), counted(fields.count, "column"),
                        std::to_string(columns->count) + " as in the header");

@@ -23,8 +23,9 @@ constexpr double near_the_ground = 0.05;
 // No plant is as large as this [m]; the tallest tree, read in millimetres, is not.
 constexpr double largest_plant = 1e6;
 
-// How far from the axis of its parent a cylinder may start, in lengths and radii of both (see reach). Of 1505
-// cylinders in five TreeQSM models the farthest starts at 0.84 of that, the middle one at 0.05.
+// How far from the axis of its parent a cylinder may start, in lengths and radii of both (see
+// gaps_to_parents). Of 1505 cylinders in five TreeQSM models the farthest starts at 0.84 of that, the middle
+// one at 0.05.
 constexpr double worth_saying = 1;
 constexpr double not_of_a_scan = 2;
 constexpr double not_of_most = 0.3;  // for the middle one
@@ -66,10 +67,10 @@ void note(std::vector<Repair>& repairs, const char* kind, std::size_t count, con
       "parents that lead to a root");
 }
 
-// The branches in an order with every parent before its children, otherwise as in `wanted`.
-// parent_of(k) < 0 ends a chain.
-template <typename ParentOf>
-std::vector<int> parents_first(const RawTree& tree, const std::vector<int>& wanted, ParentOf parent_of) {
+// The branches in an order with every parent before its children, otherwise as in `wanted`. A parent below 0
+// ends a chain.
+std::vector<int> parents_first(const RawTree& tree, const std::vector<int>& wanted,
+                               const std::vector<int>& parent) {
   enum State : char { untouched, on_the_chain, done };
   std::vector<State> state(tree.branches.size(), untouched);
   std::vector<int> order, chain;
@@ -77,7 +78,7 @@ std::vector<int> parents_first(const RawTree& tree, const std::vector<int>& want
   for (const int first : wanted) {
     chain.clear();
     int k = first;
-    for (; k >= 0 && state[k] != done; k = parent_of(k)) {
+    for (; k >= 0 && state[k] != done; k = parent[k]) {
       if (state[k] == on_the_chain) reject_cycle(tree, chain, k);
       state[k] = on_the_chain;
       chain.push_back(k);
@@ -87,6 +88,22 @@ std::vector<int> parents_first(const RawTree& tree, const std::vector<int>& want
       order.push_back(*up);
     }
   }
+  return order;
+}
+
+// All of them, parents before children.
+std::vector<int> order_branches(RawTree& tree) {
+  std::vector<int> as_in_file, parent;
+  std::size_t before_parent = 0;
+  for (const RawBranch& branch : tree.branches) {
+    const auto k = static_cast<int>(as_in_file.size());
+    as_in_file.push_back(k);
+    parent.push_back(branch.parent);
+    before_parent += branch.parent > k;
+  }
+  std::vector<int> order = parents_first(tree, as_in_file, parent);
+  note(tree.repairs, "reordered", before_parent, "segment stood before its parent and was put after it",
+       "segments stood before their parent and were put after it");
   return order;
 }
 
@@ -187,6 +204,20 @@ Standing stand_for(const RawTree& tree, const std::vector<int>& order, double to
   return standing;
 }
 
+// The branches that stand for themselves.
+std::vector<int> kept_branches(RawTree& tree, const std::vector<int>& order, const Standing& standing) {
+  note(tree.repairs, "collapsed_zero_length", standing.collapsed, "segment of zero length collapsed",
+       "segments of zero length collapsed");
+  note(tree.repairs, "dropped_duplicate", standing.dropped, "segment in the place of another dropped",
+       "segments in the place of another dropped");
+  std::vector<int> kept;
+  for (const int k : order) {
+    if (standing.branch[k] == k) kept.push_back(k);
+  }
+  if (kept.empty()) throw InputError(tree.path, "every branch has zero length", "at least one with a length");
+  return kept;
+}
+
 // The branches that stand on each root, parents first.
 using Pieces = std::vector<std::vector<int>>;
 
@@ -232,6 +263,12 @@ std::vector<char> clamped_roots(const RawTree& tree, const Pieces& pieces, int b
     clamped[r] = !pieces[r].empty() && std::abs(tree.roots[r].z() - tree.roots[base].z()) <= near;
   }
   return clamped;
+}
+
+void note_stems(RawTree& tree, const std::vector<char>& clamped) {
+  const auto stems = static_cast<std::size_t>(std::count(clamped.begin(), clamped.end(), 1));
+  if (stems > 1)
+    note(tree.repairs, "several_roots", stems, "", "stems stand on the ground, each clamped at its foot");
 }
 
 // How far a piece reaches from its root.
@@ -333,56 +370,81 @@ void note_joins(RawTree& tree, const Pieces& pieces, const std::vector<Join>& jo
        "segments without parent joined to the nearest branch, at " + list_distances(tree, distances));
 }
 
-// Children that start away from their parents: a few are what scans have, the rest is a table misread.
-void check_gaps(RawTree& tree, const std::vector<int>& kept, const Standing& standing, double size,
-                bool allow_gaps) {
-  const auto gap = [&](int k) {
-    const RawBranch& parent = tree.branches[standing.parent[k]];
-    return std::sqrt(squared_distance(tree.branches[k].start, {parent.start, parent.end}));
-  };
-  const auto reach = [&](int k) {
-    const RawBranch& parent = tree.branches[standing.parent[k]];
-    return (parent.end - parent.start).norm() + std::max(parent.start_radius, parent.end_radius) +
-           tree.branches[k].start_radius;
-  };
-  std::vector<double> shares;
-  std::vector<Distance> far;
-  int farthest = -1;
+// From a child to the axis of its parent.
+struct Gap {
+  int child, parent;
+  double distance;  // [m]
+  double share;     // of how far that may be
+};
+
+std::vector<Gap> gaps_to_parents(const RawTree& tree, const std::vector<int>& kept,
+                                 const Standing& standing) {
+  std::vector<Gap> gaps;
   for (const int k : kept) {
-    if (standing.parent[k] < 0) continue;
-    const double distance = gap(k);
-    shares.push_back(distance / reach(k));
-    if (shares.back() > worth_saying && distance > small_gap * size) {
-      far.push_back({distance, tree.branches[k].place});
-    }
-    if (shares.back() > not_of_a_scan && distance > large_gap * size &&
-        (farthest < 0 || distance > gap(farthest))) {
-      farthest = k;
+    const int p = standing.parent[k];
+    if (p < 0) continue;
+    const RawBranch &branch = tree.branches[k], &parent = tree.branches[p];
+    const double distance = std::sqrt(squared_distance(branch.start, {parent.start, parent.end}));
+    const double reach = (parent.end - parent.start).norm() +
+                         std::max(parent.start_radius, parent.end_radius) + branch.start_radius;
+    gaps.push_back({k, p, distance, distance / reach});
+  }
+  return gaps;
+}
+
+// Refuses the farthest of the gaps that no scan explains.
+void refuse_large_gap(const RawTree& tree, const std::vector<Gap>& gaps, double size) {
+  const Gap* farthest = nullptr;
+  for (const Gap& gap : gaps) {
+    if (gap.share > not_of_a_scan && gap.distance > large_gap * size &&
+        (farthest == nullptr || gap.distance > farthest->distance)) {
+      farthest = &gap;
     }
   }
-  if (!allow_gaps && farthest >= 0) {
-    const RawBranch& parent = tree.branches[standing.parent[farthest]];
-    throw InputError(place(tree, farthest),
-                     "starts " + rounded(gap(farthest)) + " m from its parent, " +
-                         (tree.place_is_line ? "line " : "cylinder ") + std::to_string(parent.place),
-                     "a start on its parent (do parents count otherwise, or were rows taken out?), or "
-                     "--allow-gaps to bridge it all the same");
-  }
-  if (!allow_gaps && shares.size() >= 4) {
-    const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-    std::nth_element(shares.begin(), middle, shares.end());
-    if (*middle > not_of_most) {
-      throw InputError(tree.path,
-                       "half of the segments start more than " + rounded(100 * *middle) +
-                           " % of a parent's length away from theirs",
-                       "starts on parents (do parents count otherwise, or were rows taken out?), or "
-                       "--allow-gaps to bridge them all the same");
-    }
+  if (farthest == nullptr) return;
+  throw InputError(place(tree, farthest->child),
+                   "starts " + rounded(farthest->distance) + " m from its parent, " +
+                       (tree.place_is_line ? "line " : "cylinder ") +
+                       std::to_string(tree.branches[farthest->parent].place),
+                   "a start on its parent (do parents count otherwise, or were rows taken out?), or "
+                   "--allow-gaps to bridge it all the same");
+}
+
+void refuse_gaps_of_most(const RawTree& tree, const std::vector<Gap>& gaps) {
+  if (gaps.size() < 4) return;
+  std::vector<double> shares;
+  for (const Gap& gap : gaps) shares.push_back(gap.share);
+  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+  std::nth_element(shares.begin(), middle, shares.end());
+  if (*middle <= not_of_most) return;
+  throw InputError(tree.path,
+                   "half of the segments start more than " + rounded(100 * *middle) +
+                       " % of a parent's length away from theirs",
+                   "starts on parents (do parents count otherwise, or were rows taken out?), or "
+                   "--allow-gaps to bridge them all the same");
+}
+
+void note_gaps(RawTree& tree, const std::vector<Gap>& gaps, double size) {
+  std::vector<Distance> far;
+  for (const Gap& gap : gaps) {
+    if (gap.share > worth_saying && gap.distance > small_gap * size)
+      far.push_back({gap.distance, tree.branches[gap.child].place});
   }
   note(
       tree.repairs, "far_from_parent", far.size(),
       "segment starts far from its parent and is carried by a rigid arm, at " + list_distances(tree, far),
       "segments start far from their parents and are carried by rigid arms, at " + list_distances(tree, far));
+}
+
+// Children that start away from their parents: a few are what scans have, the rest is a table misread.
+void check_gaps(RawTree& tree, const std::vector<int>& kept, const Standing& standing, double size,
+                bool allow_gaps) {
+  const std::vector<Gap> gaps = gaps_to_parents(tree, kept, standing);
+  if (!allow_gaps) {
+    refuse_large_gap(tree, gaps, size);
+    refuse_gaps_of_most(tree, gaps);
+  }
+  note_gaps(tree, gaps, size);
 }
 
 // Metres for what the file says in another unit.
@@ -418,12 +480,38 @@ void recentre(RawTree& tree, int base, const Extent& box) {
                               millimetres(shift.y()) + ", " + millimetres(shift.z()) + ") m"});
 }
 
-// The skeleton of the branches in `kept`, parents first. carried_by(k) is a branch or -1: a root.
-template <typename CarriedBy>
-Skeleton build(const RawTree& tree, const std::vector<int>& kept, const Standing& standing,
-               const std::vector<char>& clamped, CarriedBy carried_by, CarrierRule carrier, double tolerance,
-               std::vector<int>& new_index) {
+// What carries each branch: another, to which its piece was joined where it has no parent, or -1: a root.
+std::vector<int> carriers(const RawTree& tree, const Standing& standing, const std::vector<Join>& joins) {
+  std::vector<int> joined_to(tree.roots.size(), -1);
+  for (const Join& join : joins) joined_to[join.root] = join.carrier;
+  std::vector<int> carrier = standing.parent;
+  for (std::size_t k = 0; k < carrier.size(); ++k) {
+    if (carrier[k] < 0) carrier[k] = joined_to[standing.root[k]];
+  }
+  return carrier;
+}
+
+// The end of its carrier where a branch begins.
+int node_on(const Skeleton& skeleton, int carrier, const RawBranch& raw, bool joined, CarrierRule rule) {
+  const Branch& carrying = skeleton.branches[carrier];
+  const bool at_start = (joined || rule == CarrierRule::nearer_end) &&
+                        (raw.start - carrying.start).norm() < (raw.start - carrying.end).norm();
+  // What is joined must not end up on the ground.
+  const bool grounded = joined && carrying.start_node < skeleton.root_count();
+  return at_start && !grounded ? carrying.start_node : skeleton.end_node(carrier);
+}
+
+struct Built {
   Skeleton skeleton;
+  std::vector<int> index;  // of each raw branch in it
+};
+
+// The skeleton of the branches in `kept`, what carries before what is carried.
+Built build(const RawTree& tree, const std::vector<int>& kept, const Standing& standing,
+            const std::vector<char>& clamped, const std::vector<int>& carrier, CarrierRule rule,
+            double tolerance) {
+  Built built{{}, std::vector<int>(tree.branches.size(), -1)};
+  auto& [skeleton, index] = built;
   std::vector<int> root_node(tree.roots.size(), -1);
   for (std::size_t r = 0; r < tree.roots.size(); ++r) {
     if (!clamped[r]) continue;
@@ -438,105 +526,36 @@ Skeleton build(const RawTree& tree, const std::vector<int>& kept, const Standing
     branch.end = raw.end;
     branch.start_radius = raw.start_radius;
     branch.end_radius = raw.end_radius;
-    const int p = carried_by(k);
-    const bool joined = standing.parent[k] < 0 && p >= 0;
-    if (p < 0) {
-      branch.start_node = root_node[standing.root[k]];
-    } else {
-      const Branch& parent = skeleton.branches[new_index[p]];
-      const bool at_start = (joined || carrier == CarrierRule::nearer_end) &&
-                            (raw.start - parent.start).norm() < (raw.start - parent.end).norm();
-      // What is joined must not end up on the ground.
-      const bool grounded = joined && parent.start_node < skeleton.root_count();
-      branch.start_node = at_start && !grounded ? parent.start_node : skeleton.end_node(new_index[p]);
-    }
+    branch.start_node = carrier[k] < 0
+                            ? root_node[standing.root[k]]
+                            : node_on(skeleton, index[carrier[k]], raw, standing.parent[k] < 0, rule);
     const Vec3& node = skeleton.node_position(branch.start_node);
     if ((branch.start - node).norm() <= tolerance) branch.start = node;
-    new_index[k] = skeleton.branch_count();
+    index[k] = skeleton.branch_count();
     skeleton.branches.push_back(branch);
   }
-  return skeleton;
+  return built;
 }
 
 // What write_swc wrote, branch by branch.
 Skeleton as_it_stands(const RawTree& tree, const std::vector<int>& order) {
   Standing standing;
-  std::vector<int> new_index(tree.branches.size(), -1);
-  for (std::size_t k = 0; k < tree.branches.size(); ++k) {
-    standing.parent.push_back(tree.branches[k].parent);
-    standing.root.push_back(tree.branches[k].root);
+  for (const RawBranch& branch : tree.branches) {
+    standing.parent.push_back(branch.parent);
+    standing.root.push_back(branch.root);
   }
   const std::vector<char> clamped(tree.roots.size(), 1);
-  Skeleton skeleton = build(
-      tree, order, standing, clamped, [&](int k) { return standing.parent[k]; }, CarrierRule::end, 0,
-      new_index);
+  Built built = build(tree, order, standing, clamped, standing.parent, CarrierRule::end, 0);
+  Skeleton& skeleton = built.skeleton;
   skeleton.leaves = tree.leaves;
-  for (Leaf& leaf : skeleton.leaves) leaf.branch = new_index[leaf.branch];
+  for (Leaf& leaf : skeleton.leaves) leaf.branch = built.index[leaf.branch];
   skeleton.origin = tree.origin;
   check_skeleton(skeleton, tree.path);
-  return skeleton;
+  return std::move(skeleton);
 }
 
-}  // namespace
-
-ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule carrier,
-                        const ReadOptions& options, std::size_t most_visits) {
-  if (tree.branches.empty()) throw InputError(tree.path, "no branch", "at least one");
-  scale(tree, options.unit);
-
-  // Parents before children.
-  const int count = static_cast<int>(tree.branches.size());
-  std::vector<int> as_in_file(count);
-  std::size_t before_parent = 0;
-  for (int k = 0; k < count; ++k) {
-    as_in_file[k] = k;
-    before_parent += tree.branches[k].parent > k;
-  }
-  const std::vector<int> order =
-      parents_first(tree, as_in_file, [&](int k) { return tree.branches[k].parent; });
-  const Extent box = extent(tree);
-  check_size(tree, box);
-  if (tree.exact) return {as_it_stands(tree, order), format, {}};
-  note(tree.repairs, "reordered", before_parent, "segment stood before its parent and was put after it",
-       "segments stood before their parent and were put after it");
-
-  // What has no length, and what stands twice.
-  const double tolerance = same_place * (box.high - box.low).norm();
-  const Standing standing = stand_for(tree, order, tolerance);
-  note(tree.repairs, "collapsed_zero_length", standing.collapsed, "segment of zero length collapsed",
-       "segments of zero length collapsed");
-  note(tree.repairs, "dropped_duplicate", standing.dropped, "segment in the place of another dropped",
-       "segments in the place of another dropped");
-  std::vector<int> kept;
-  for (const int k : order) {
-    if (standing.branch[k] == k) kept.push_back(k);
-  }
-  if (kept.empty()) throw InputError(tree.path, "every branch has zero length", "at least one with a length");
-  check_resolution(tree, box);
-  check_gaps(tree, kept, standing, (box.high - box.low).maxCoeff(), options.allow_gaps);
-
-  // Which roots are clamped, and what happens to the pieces on the others.
-  const Pieces pieces = pieces_by_root(tree, kept, standing);
-  const int base = find_base(tree, pieces);
-  const std::vector<char> clamped = clamped_roots(tree, pieces, base, box);
-  const auto stems = static_cast<std::size_t>(std::count(clamped.begin(), clamped.end(), 1));
-  if (stems > 1)
-    note(tree.repairs, "several_roots", stems, "", "stems stand on the ground, each clamped at its foot");
-  recentre(tree, base, box);
-  const std::vector<Join> joins = join_loose_pieces(tree, pieces, clamped, options.allow_gaps, most_visits);
-  note_joins(tree, pieces, joins);
-  std::vector<int> joined_to(tree.roots.size(), -1);
-  for (const Join& join : joins) joined_to[join.root] = join.carrier;
-  const auto carried_by = [&](int k) {
-    return standing.parent[k] >= 0 ? standing.parent[k] : joined_to[standing.root[k]];
-  };
-  kept = parents_first(tree, kept, carried_by);
-
-  std::vector<int> new_index(tree.branches.size(), -1);
-  ImportedSkeleton imported{
-      build(tree, kept, standing, clamped, carried_by, carrier, tolerance, new_index), format, {}};
-  Skeleton& skeleton = imported.skeleton;
-
+// A leaf whose branch is gone sits at the end of what stands for it.
+void put_leaves(RawTree& tree, const Standing& standing, Built& built) {
   std::size_t fallen = 0;
   for (Leaf leaf : tree.leaves) {
     const int k = standing.branch[leaf.branch];
@@ -545,15 +564,44 @@ ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule car
       ++fallen;
       continue;
     }
-    leaf.branch = new_index[k];
-    skeleton.leaves.push_back(leaf);
+    leaf.branch = built.index[k];
+    built.skeleton.leaves.push_back(leaf);
   }
   note(tree.repairs, "dropped_leaf", fallen, "leaf on a collapsed segment at the root dropped",
        "leaves on collapsed segments at the root dropped");
-  skeleton.origin = tree.origin;
-  imported.repairs = std::move(tree.repairs);
-  check_skeleton(skeleton, tree.path);
-  return imported;
+}
+
+}  // namespace
+
+ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule rule, const ReadOptions& options,
+                        std::size_t most_visits) {
+  if (tree.branches.empty()) throw InputError(tree.path, "no branch", "at least one");
+  scale(tree, options.unit);
+  const std::vector<int> order = order_branches(tree);
+  const Extent box = extent(tree);
+  check_size(tree, box);
+  if (tree.exact) return {as_it_stands(tree, order), format, {}};
+
+  const double tolerance = same_place * (box.high - box.low).norm();
+  const Standing standing = stand_for(tree, order, tolerance);
+  const std::vector<int> kept = kept_branches(tree, order, standing);
+  check_resolution(tree, box);
+  check_gaps(tree, kept, standing, (box.high - box.low).maxCoeff(), options.allow_gaps);
+
+  const Pieces pieces = pieces_by_root(tree, kept, standing);
+  const int base = find_base(tree, pieces);
+  const std::vector<char> clamped = clamped_roots(tree, pieces, base, box);
+  note_stems(tree, clamped);
+  recentre(tree, base, box);
+  const std::vector<Join> joins = join_loose_pieces(tree, pieces, clamped, options.allow_gaps, most_visits);
+  note_joins(tree, pieces, joins);
+
+  const std::vector<int> carrier = carriers(tree, standing, joins);
+  Built built = build(tree, parents_first(tree, kept, carrier), standing, clamped, carrier, rule, tolerance);
+  put_leaves(tree, standing, built);
+  built.skeleton.origin = tree.origin;
+  check_skeleton(built.skeleton, tree.path);
+  return {std::move(built.skeleton), format, std::move(tree.repairs)};
 }
 
 }  // namespace tremula

@@ -45,7 +45,7 @@ enum class CarrierRule {
 //
 // `most_visits`: boxes and branches looked at before joining loose pieces gives up; seconds of work, and
 // hundreds of times what real scans need.
-ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule carrier,
+ImportedSkeleton repair(RawTree tree, const std::string& format, CarrierRule rule,
                         const ReadOptions& options = {}, std::size_t most_visits = 1'000'000'000);
 
 }  // namespace tremula

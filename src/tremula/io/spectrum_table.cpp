@@ -38,7 +38,7 @@ SpectrumTable read_spectrum_table(std::string_view text, const std::string& path
   while (lines.next(line)) {
     if (line.empty() || line[0] == '#') continue;
     const Fields fields = split_at_blanks(line);
-    const Row row{path, lines.number, fields};
+    const TableRow row{path, lines.number, fields};
     if (names == nullptr) {
       for (const auto& layout : layouts) {
         std::transform(layout.begin(), layout.end(), at.begin(),

@@ -88,7 +88,7 @@ double round_step(double range, int most) {
   return 10 * power;
 }
 
-std::vector<Tick> linear_ticks(const Axis& axis, int most) {
+std::vector<Tick> linear_ticks(const PlotAxis& axis, int most) {
   const double step = round_step(axis.high - axis.low, most);
   std::vector<Tick> ticks;
   const double first = std::ceil(axis.low / step - 1e-9), last = std::floor(axis.high / step + 1e-9);
@@ -98,7 +98,7 @@ std::vector<Tick> linear_ticks(const Axis& axis, int most) {
 }
 
 // Powers of ten, with as many of their multiples as the axis is short of numbers.
-std::vector<Tick> logarithmic_ticks(const Axis& axis, int most) {
+std::vector<Tick> logarithmic_ticks(const PlotAxis& axis, int most) {
   const int first = static_cast<int>(std::floor(std::log10(axis.low) + 1e-9)),
             last = static_cast<int>(std::ceil(std::log10(axis.high) - 1e-9));
   const double decades = std::log10(axis.high / axis.low);
@@ -118,7 +118,7 @@ std::vector<Tick> logarithmic_ticks(const Axis& axis, int most) {
   return ticks;
 }
 
-void check(const Axis& axis) {
+void check(const PlotAxis& axis) {
   if (std::isfinite(axis.low) && std::isfinite(axis.high) && axis.low < axis.high &&
       (!axis.logarithmic || axis.low > 0)) {
     return;
@@ -127,12 +127,12 @@ void check(const Axis& axis) {
 }
 
 // 0 at the low end of the axis, 1 at the high end.
-double place(const Axis& axis, double value) {
+double place(const PlotAxis& axis, double value) {
   return axis.logarithmic ? std::log(value / axis.low) / std::log(axis.high / axis.low)
                           : (value - axis.low) / (axis.high - axis.low);
 }
 
-bool has_place(const Axis& axis, double value) {
+bool has_place(const PlotAxis& axis, double value) {
   return std::isfinite(value) && (!axis.logarithmic || value > 0);
 }
 
@@ -148,7 +148,7 @@ std::string disc(double x, double y, const std::string& color) {
 
 // The lines of a series, in pixels of the frame.
 std::vector<std::vector<Eigen::Vector2d>> polylines(const Plot& plot, const Series& series,
-                                                    const Box& frame) {
+                                                    const PlotBox& frame) {
   std::vector<std::vector<Eigen::Vector2d>> lines(1);
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     if (!has_place(plot.x, series.x[i]) || !has_place(plot.y, series.y[i])) {
@@ -163,9 +163,9 @@ std::vector<std::vector<Eigen::Vector2d>> polylines(const Plot& plot, const Seri
   return lines;
 }
 
-std::string axes(const Plot& plot, const Box& frame) {
+std::string axes(const Plot& plot, const PlotBox& frame) {
   const double bottom = frame.y + frame.height, right = frame.x + frame.width;
-  const auto ticks_of = [](const Axis& axis, double length, double room) {
+  const auto ticks_of = [](const PlotAxis& axis, double length, double room) {
     const int most = std::max(2, static_cast<int>(length / room));
     return axis.logarithmic ? logarithmic_ticks(axis, most) : linear_ticks(axis, most);
   };
@@ -191,7 +191,7 @@ std::string axes(const Plot& plot, const Box& frame) {
 }
 
 // In one row that ends where the frame does, by widths that the letters have on average.
-std::string legend(const Plot& plot, const Box& frame) {
+std::string legend(const Plot& plot, const PlotBox& frame) {
   const auto mark_width = [](const Series& series) { return series.mark == Mark::line ? 24.0 : 12.0; };
   const auto width = [&](const Series& series) {
     return series.name.empty() ? 0 : mark_width(series) + 6.4 * static_cast<double>(series.name.size()) + 16;
@@ -213,8 +213,8 @@ std::string legend(const Plot& plot, const Box& frame) {
 
 }  // namespace
 
-Axis axis_around(const std::string& label, const std::vector<double>& values, bool logarithmic) {
-  Axis axis{label, std::numeric_limits<double>::infinity(), 0, logarithmic};
+PlotAxis axis_around(const std::string& label, const std::vector<double>& values, bool logarithmic) {
+  PlotAxis axis{label, std::numeric_limits<double>::infinity(), 0, logarithmic};
   axis.high = -axis.low;
   for (const double value : values) {
     if (!has_place(axis, value)) continue;
@@ -236,12 +236,12 @@ Axis axis_around(const std::string& label, const std::vector<double>& values, bo
   return axis;
 }
 
-std::string svg_plot(const Plot& plot, const Box& frame) {
+std::string svg_plot(const Plot& plot, const PlotBox& frame) {
   check(plot.x);
   check(plot.y);
   std::string svg = axes(plot, frame) + legend(plot, frame);
-  std::string labels;      // over everything
-  std::vector<Box> taken;  // by them
+  std::string labels;          // over everything
+  std::vector<PlotBox> taken;  // by them
   for (const Series& series : plot.series) {
     if (series.x.size() != series.y.size()) {
       throw Error("plot: series '" + series.name + "' has " + std::to_string(series.x.size()) +
@@ -268,8 +268,8 @@ std::string svg_plot(const Plot& plot, const Box& frame) {
       marks += disc(x, y, series.color);
       if (i >= series.labels.size()) continue;
       const double width = 6.2 * static_cast<double>(series.labels[i].size()) + 1;
-      const Box text{x - width / 2, y - 17, width, 13};
-      const bool free = std::none_of(taken.begin(), taken.end(), [&](const Box& other) {
+      const PlotBox text{x - width / 2, y - 17, width, 13};
+      const bool free = std::none_of(taken.begin(), taken.end(), [&](const PlotBox& other) {
         return text.x < other.x + other.width && other.x < text.x + text.width &&
                text.y < other.y + other.height && other.y < text.y + text.height;
       });

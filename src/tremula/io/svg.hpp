@@ -10,7 +10,7 @@
 
 namespace tremula {
 
-struct Axis {
+struct PlotAxis {
   std::string label;
   double low = 0, high = 1;  // finite, low < high; low > 0 where logarithmic
   bool logarithmic = false;
@@ -18,7 +18,7 @@ struct Axis {
 
 // An axis around the values, with round ends where it is linear and some room where it is logarithmic.
 // Values that are not finite, or not above 0 on a logarithmic axis, do not count.
-Axis axis_around(const std::string& label, const std::vector<double>& values, bool logarithmic);
+PlotAxis axis_around(const std::string& label, const std::vector<double>& values, bool logarithmic);
 
 enum class Mark {
   line,    // through the points; broken where one is not finite or, on a logarithmic axis, not above 0
@@ -38,17 +38,17 @@ struct Series {
 
 struct Plot {
   std::string title;
-  Axis x, y;
+  PlotAxis x, y;
   std::vector<Series> series;
 };
 
-struct Box {
+struct PlotBox {
   double x, y, width, height;
 };
 
 // `frame` is what the axes enclose; numbers and labels stand to its left and below (some 60 and 45 px).
 // Throws Error for an axis or a series that does not meet its description.
-std::string svg_plot(const Plot& plot, const Box& frame);
+std::string svg_plot(const Plot& plot, const PlotBox& frame);
 
 struct TextStyle {
   double size = 12;

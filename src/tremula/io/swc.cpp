@@ -74,12 +74,12 @@ struct SwcFile {
   bool ours = false;  // written by write_swc
 };
 
-Vec3 point(const Row& row, std::size_t column, const char* const names[3]) {
+Vec3 point(const TableRow& row, std::size_t column, const char* const names[3]) {
   return {row.coordinate(column, names[0]), row.coordinate(column + 1, names[1]),
           row.coordinate(column + 2, names[2])};
 }
 
-Eigen::Vector3f color(const Row& row, std::size_t column) {
+Eigen::Vector3f color(const TableRow& row, std::size_t column) {
   constexpr const char* names[] = {"red", "green", "blue"};
   Eigen::Vector3f value;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -91,7 +91,7 @@ Eigen::Vector3f color(const Row& row, std::size_t column) {
 }
 
 // Fields 0 and 1 are "#" and the word.
-void parse_our_comment(const Row& row, SwcFile& file) {
+void parse_our_comment(const TableRow& row, SwcFile& file) {
   if (row.fields.count < 2) return;
   const auto check_count = [&](std::size_t wanted, const char* columns) {
     if (row.fields.count == wanted) return;
@@ -125,7 +125,7 @@ void parse_our_comment(const Row& row, SwcFile& file) {
   }
 }
 
-Sample parse_sample(const Row& row, const SampleColumns& columns, bool ours) {
+Sample parse_sample(const TableRow& row, const SampleColumns& columns, bool ours) {
   constexpr const char* names[] = {"x", "y", "z"};
   const long long type = columns.has_type ? row.integer(columns.type, "type") : 0;
   Sample sample{row.integer(columns.id, "id"), row.integer(columns.parent, "parent"), {}, 0, row.line,
@@ -158,7 +158,7 @@ SwcFile parse(std::string_view text, const std::string& path) {
     const std::string_view samples = line.substr(0, line.find('#'));
     const Fields fields =
         columns.delimiter == 0 ? split_at_blanks(samples) : split_row(samples, columns.delimiter);
-    const Row row{path, lines.number, fields};
+    const TableRow row{path, lines.number, fields};
     if (columns.count == 0) columns.count = fields.count == 8 || fields.count == 12 ? fields.count : 7;
     if (fields.count != columns.count) {
       throw InputError(row.place(), counted(fields.count, "column"),

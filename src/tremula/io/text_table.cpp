@@ -93,38 +93,38 @@ std::string counted(std::size_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
 
-std::string Row::place() const { return path + ":" + std::to_string(line); }
+std::string TableRow::place() const { return path + ":" + std::to_string(line); }
 
-void Row::reject(std::size_t column, const char* name, const std::string& wanted) const {
+void TableRow::reject(std::size_t column, const char* name, const std::string& wanted) const {
   throw InputError(place(), std::string(name) + " is " + shown(fields.at[column]), wanted);
 }
 
-double Row::number(std::size_t column, const char* name) const {
+double TableRow::number(std::size_t column, const char* name) const {
   double value;
   if (!parse_number(fields.at[column], value)) reject(column, name, "a number");
   return value;
 }
 
-double Row::finite(std::size_t column, const char* name) const {
+double TableRow::finite(std::size_t column, const char* name) const {
   const double value = number(column, name);
   if (!std::isfinite(value)) reject(column, name, "a finite number");
   return value;
 }
 
-double Row::coordinate(std::size_t column, const char* name) const {
+double TableRow::coordinate(std::size_t column, const char* name) const {
   const double value = finite(column, name);
   if (std::abs(value) > largest_size) reject(column, name, "at most 1e+09");
   return value;
 }
 
-double Row::positive(std::size_t column, const char* name) const {
+double TableRow::positive(std::size_t column, const char* name) const {
   const double value = coordinate(column, name);
   if (value <= 0) reject(column, name, "a number above 0");
   if (value < smallest_size) reject(column, name, "at least 1e-12");
   return value;
 }
 
-long long Row::integer(std::size_t column, const char* name) const {
+long long TableRow::integer(std::size_t column, const char* name) const {
   const double value = number(column, name);
   // Beyond 2^53 a double no longer tells neighbours apart.
   if (!(std::abs(value) <= 9007199254740992.0) || value != std::floor(value))

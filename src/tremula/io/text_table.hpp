@@ -44,7 +44,7 @@ std::string rounded(double value);  // six digits, for what was computed
 std::string counted(std::size_t count, const std::string& what);  // "1 column", "2 columns"
 
 // One line of a table, and the errors about it: "tree.swc:12: radius is -0.01, wanted a number above 0".
-struct Row {
+struct TableRow {
   const std::string& path;
   std::size_t line;
   const Fields& fields;

@@ -117,7 +117,7 @@ ImportedSkeleton read_treeqsm_text(std::string_view text, const std::string& pat
   while (lines.next(line)) {
     if (line.empty() || line[0] == '#') continue;
     const Fields fields = split_at_blanks(line);
-    const Row row{path, lines.number, fields};
+    const TableRow row{path, lines.number, fields};
     if (columns == 0 && (fields.count == 15 || fields.count == 17)) columns = fields.count;
     if (fields.count != columns) {
       throw InputError(row.place(), counted(fields.count, "column"),

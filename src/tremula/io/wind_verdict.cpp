@@ -21,6 +21,10 @@ std::string print(const char* format, Numbers... numbers) {
   return text;
 }
 
+std::string print(const char* format, const std::array<double, 2>& range) {
+  return print(format, range[0], range[1]);
+}
+
 double seam_of(const WindField& field, std::size_t component) {
   const std::vector<float>& values = field.velocity[component];
   const std::size_t points = field.grid.point_count(),
@@ -153,16 +157,10 @@ std::string table(const WindReport& report, bool with_targets, std::size_t most_
   return text;
 }
 
-std::string by_component(const char* format, const std::array<double, 3>& values) {
+template <class Value>
+std::string by_component(const char* format, const std::array<Value, 3>& values) {
   std::string text;
   for (std::size_t c = 0; c < 3; ++c) text += (c > 0 ? ", " : "") + (names[c] + print(format, values[c]));
-  return text;
-}
-
-std::string by_component(const std::array<std::array<double, 2>, 3>& ranges) {
-  std::string text;
-  for (std::size_t c = 0; c < 3; ++c)
-    text += (c > 0 ? ", " : "") + (names[c] + print(" %.2f to %.2f", ranges[c][0], ranges[c][1]));
   return text;
 }
 
@@ -211,12 +209,12 @@ std::string verdict_text(const WindField& field, const WindReport& report, const
   if (verdict.has_targets) {
     text += "resolved   of the variance wanted at all frequencies such a loop holds " +
             by_component(" %.2f", report.targets.resolved_share) + "\n";
-    text += "deviation  measured over wanted: " + by_component(verdict.deviation) + "; one loop scatters by" +
+    text += "deviation  measured over wanted: " + by_component(" %.2f to %.2f", verdict.deviation) +
+            "; one loop scatters by" +
             print(" %.2f, %.2f, %.2f\n", verdict.deviation_scatter[0], verdict.deviation_scatter[1],
                   verdict.deviation_scatter[2]);
-    text +=
-        "spectra    measured over wanted, in bands of 8 bins and more: " + by_component(verdict.spectrum) +
-        "\n";
+    text += "spectra    measured over wanted, in bands of 8 bins and more: " +
+            by_component(" %.2f to %.2f", verdict.spectrum) + "\n";
     text += "coherence  measured minus wanted, rms: " + by_component(" %.3f", verdict.coherence_rms) + "\n";
   }
   text += std::string("periodic   ") + (grid.periodic ? "yes" : "no") +

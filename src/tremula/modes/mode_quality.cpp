@@ -2,63 +2,41 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/geometry/axes.hpp"
-#include "tremula/structure/element_blocks.hpp"
+
+#include <algorithm>
 
 #include <tbb/parallel_for.h>
 
 namespace tremula {
 namespace {
 
-using SixByThree = Eigen::Matrix<double, 6, 3>;
-
-// M_fa (1_x 1_y 1_z), and what it leaves on the clamped nodes goes into the total only.
-Eigen::MatrixX3d rigid_translation_forces(const Structure& structure, double& total_mass) {
-  Eigen::MatrixX3d forces = Eigen::MatrixX3d::Zero(structure.size(), 3);
-  SixByThree translation;
-  translation << Mat3::Identity(), Mat3::Zero();
-  total_mass = 0;
-  for (int k = 0; k < structure.branch_count(); ++k) {
-    const auto index = static_cast<std::size_t>(k);
-    const ElementBlocks mass = mass_blocks(structure.masses[index], structure.direction[index]);
-    const SixByThree at_start = (mass.start + mass.cross) * translation;
-    const SixByThree at_end = (mass.cross.transpose() + mass.end) * translation;
-    total_mass += at_start(0, 0) + at_end(0, 0);
-    forces.middleRows<6>(6 * k) += at_end;
-    if (const int parent = structure.parent[index]; parent >= 0) {
-      forces.middleRows<6>(6 * parent) += rigid_carry(structure.start_arm[index]).transpose() * at_start;
-    }
-  }
-  return forces;
-}
-
-EnergyShares energy_shares(const Structure& structure, const Eigen::Ref<const Eigen::VectorXd>& shape,
-                           const std::vector<bool>& trunk) {
+EnergyShares energy_shares(const Structure& structure, const std::vector<Compliance>& compliances,
+                           const Eigen::Ref<const Eigen::VectorXd>& shape, const std::vector<bool>& trunk) {
   EnergyShares energy{};
-  for (int k = 0; k < structure.branch_count(); ++k) {
-    const auto index = static_cast<std::size_t>(k);
-    Vec3 translation = shape.segment<3>(6 * k), rotation = shape.segment<3>(6 * k + 3);
-    if (const int parent = structure.parent[index]; parent >= 0) {
-      const Vec3 carrier = shape.segment<3>(6 * parent + 3);
-      translation -= shape.segment<3>(6 * parent) + carrier.cross(structure.reach[index]);
-      rotation -= carrier;
-    }
-    const Vec3& direction = structure.direction[index];
-    const Compliance& c = structure.compliances[index];
+  for (std::size_t k = 0; k < structure.members.size(); ++k) {
+    const Member& member = structure.members[k];
+    const Vec3& direction = member.direction;
+    const EndDisplacements ends = end_displacements(member, shape);
+    const Vec3 translation = ends.end_translation - ends.start_translation -
+                             ends.start_rotation.cross(member.beam.length * direction);
+    const Vec3 rotation = ends.end_rotation - ends.start_rotation;
+    const Compliance& c = compliances[k];
     const double along = translation.dot(direction), twist = rotation.dot(direction);
     const Vec3 across = translation - along * direction;
     const Vec3 slope_left = rotation.cross(direction) - c.deflection_slope / c.deflection * across;
     energy.axial += along * along / c.axial;
     energy.torsion += twist * twist / c.torsion;
-    (trunk[index] ? energy.trunk : energy.branch) +=
+    (trunk[k] ? energy.trunk : energy.branch) +=
         across.squaredNorm() / c.deflection + slope_left.squaredNorm() / c.slope_held;
   }
   const double sum = energy.trunk + energy.branch + energy.torsion + energy.axial;
   return {energy.trunk / sum, energy.branch / sum, energy.torsion / sum, energy.axial / sum};
 }
 
-ModeKind kind_of(const EnergyShares& energy) {
+ModeKind kind_of(const EnergyShares& energy, bool has_trunk) {
   if (energy.torsion > 0.5) return ModeKind::torsion;
   if (energy.axial > 0.5) return ModeKind::axial;
+  if (!has_trunk) return ModeKind::bending;
   return energy.trunk > energy.branch ? ModeKind::trunk : ModeKind::branch;
 }
 
@@ -70,6 +48,8 @@ std::string_view name_of(ModeKind kind) {
       return "trunk";
     case ModeKind::branch:
       return "branch";
+    case ModeKind::bending:
+      return "bending";
     case ModeKind::torsion:
       return "torsion";
     case ModeKind::axial:
@@ -92,17 +72,22 @@ std::vector<bool> trunk_branches(const Skeleton& skeleton) {
 ModeQuality assess_modes(const Structure& structure, const Modes& modes, const std::vector<bool>& trunk) {
   check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
   check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
-  check_equal("branches that are trunk or not", static_cast<std::ptrdiff_t>(trunk.size()),
-              structure.branch_count());
+  check_equal("members that are trunk or not", static_cast<std::ptrdiff_t>(trunk.size()),
+              static_cast<std::ptrdiff_t>(structure.members.size()));
+  const GroundInertia inertia = structure.find_ground_inertia();
+  std::vector<Compliance> compliances;
+  for (const Member& member : structure.members) compliances.push_back(compliance(member.beam));
+  const bool has_trunk = std::find(trunk.begin(), trunk.end(), true) != trunk.end();
   ModeQuality quality;
-  const Eigen::MatrixX3d forces = rigid_translation_forces(structure, quality.total_mass);
-  quality.participation = modes.shapes.transpose() * forces;
+  quality.total_mass = inertia.total_mass;
+  quality.participation = modes.shapes.transpose() * inertia.forces;
   const auto count = static_cast<std::size_t>(modes.count());
   quality.energy.resize(count);
   quality.kind.resize(count);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t r) {
-    quality.energy[r] = energy_shares(structure, modes.shapes.col(static_cast<Eigen::Index>(r)), trunk);
-    quality.kind[r] = kind_of(quality.energy[r]);
+    quality.energy[r] =
+        energy_shares(structure, compliances, modes.shapes.col(static_cast<Eigen::Index>(r)), trunk);
+    quality.kind[r] = kind_of(quality.energy[r], has_trunk);
   });
   return quality;
 }

@@ -16,6 +16,7 @@ namespace tremula {
 enum class ModeKind {
   trunk,    // neither of the two below, and the trunk stores more than the branches in bending
   branch,   // neither of the two below, and the trunk does not
+  bending,  // neither of the two below, in a structure that has no trunk
   torsion,  // more than half of the elastic energy is twist, of whatever branch
   axial,    // more than half of it is stretch along the branches
 };
@@ -25,8 +26,8 @@ std::string_view name_of(ModeKind kind);
 // rigidly carried start. They add up to 1. By Rayleigh's principle each is also the relative change of
 // omega^2 with that stiffness: torsion = d ln omega^2 / d ln G.
 struct EnergyShares {
-  double trunk;    // bending of the trunk
-  double branch;   // bending of all other branches
+  double trunk;    // bending of the trunk; 0 where there is none
+  double branch;   // bending of all other members
   double torsion;  // twist, everywhere
   double axial;    // stretch, everywhere
 };
@@ -50,8 +51,8 @@ struct ModeQuality {
 // Which branches are trunk: the axes (branch_continuations) that begin at a root. (N)
 std::vector<bool> trunk_branches(const Skeleton& skeleton);
 
-// `trunk` as trunk_branches gives it, for the skeleton the structure was assembled from. One pass over the
-// shapes.
+// `trunk`: which members are trunk, for a tree as trunk_branches gives it; a frame has none. One pass over
+// the shapes.
 ModeQuality assess_modes(const Structure& structure, const Modes& modes, const std::vector<bool>& trunk);
 
 }  // namespace tremula

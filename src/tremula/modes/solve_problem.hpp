@@ -2,8 +2,8 @@
 #pragma once
 
 #include "tremula/modes/census.hpp"
-#include "tremula/modes/eigen_problem.hpp"
 #include "tremula/modes/solve_modes.hpp"
+#include "tremula/structure/eigen_problem.hpp"
 
 #include <string>
 

@@ -1,6 +1,7 @@
 #include "tremula/numerics/tridiagonal.hpp"
 
 #include "tremula/base/simd.hpp"
+#include "tremula/base/types.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,8 +17,6 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int points = 8;
-
-std::size_t index_of(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
 // How many eigenvalues lie at or above each of eight numbers: the pivots of T - x that are not negative.
 TREMULA_CLONES void count_above(const double* diagonal, const double* off_diagonal, Eigen::Index n,

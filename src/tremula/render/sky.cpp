@@ -94,24 +94,22 @@ float FogGrid::transmittance(const Vector3f& point, const Vector3f& direction) c
   return std::exp(-depth * cell);
 }
 
-FogGrid make_fog(std::span<const Vector3f> positions, std::span<const std::uint32_t> bark_triangles,
-                 std::span<const std::uint32_t> leaf_triangles, const Vector3f& low, const Vector3f& high,
-                 int cells) {
+FogGrid make_fog(const Vector3f& low, const Vector3f& high, int cells) {
   FogGrid grid;
   grid.cell = std::max((high - low).maxCoeff(), 1e-4F) / static_cast<float>(cells);
   // One empty cell all around: the light there is that of the open.
   grid.size = ((high - low) / grid.cell).array().ceil().cast<int>().max(1) + 2;
   grid.low = (low + high) / 2 - 0.5F * grid.cell * grid.size.cast<float>();
   grid.extinction.assign(static_cast<std::size_t>(grid.size.prod()), 0.0F);
-  const auto deposit_all = [&](std::span<const std::uint32_t> triangles, float projection) {
-    for (std::size_t t = 0; t + 2 < triangles.size(); t += 3) {
-      deposit(grid, positions[triangles[t]], positions[triangles[t + 1]], positions[triangles[t + 2]],
-              projection);
-    }
-  };
-  deposit_all(leaf_triangles, 0.5F);
-  deposit_all(bark_triangles, 0.25F);  // closed: only half of the skin is seen from anywhere
   return grid;
+}
+
+void add_fog(FogGrid& grid, std::span<const Vector3f> positions, const SurfacePart& part) {
+  const float projection = part.material.two_sided ? 0.5F : 0.25F;  // closed: only half of the skin is seen
+  for (std::size_t t = 0; t + 2 < part.triangles.size(); t += 3) {
+    deposit(grid, positions[part.triangles[t]], positions[part.triangles[t + 1]],
+            positions[part.triangles[t + 2]], projection);
+  }
 }
 
 Rgb Surroundings::radiance(const Vector3f& direction) const {

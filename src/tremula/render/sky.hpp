@@ -3,11 +3,14 @@
 // a projection of one half, as for leaves that face all ways), on a coarse grid.
 #pragma once
 
-#include <Eigen/Core>
+#include "tremula/geometry/surface.hpp"
+
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -29,10 +32,11 @@ struct FogGrid {
   float transmittance(const Eigen::Vector3f& point, const Eigen::Vector3f& direction) const;
 };
 
-// `low` and `high` hold all positions; `cells` along the longest edge.
-FogGrid make_fog(std::span<const Eigen::Vector3f> positions, std::span<const std::uint32_t> bark_triangles,
-                 std::span<const std::uint32_t> leaf_triangles, const Eigen::Vector3f& low,
-                 const Eigen::Vector3f& high, int cells);
+// An empty one. `low` and `high` hold all that will be put in; `cells` along the longest edge.
+FogGrid make_fog(const Eigen::Vector3f& low, const Eigen::Vector3f& high, int cells);
+
+// Puts the triangles of a part in.
+void add_fog(FogGrid& grid, std::span<const Eigen::Vector3f> positions, const SurfacePart& part);
 
 // What comes from where when nothing is in the way.
 struct Surroundings {

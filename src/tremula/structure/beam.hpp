@@ -32,7 +32,7 @@ struct Beam {
   double length;                    // [m]
   double start_radius, end_radius;  // [m]
   double inertia_factor;            // I / r^4: pi/4, or pi as printed in S
-  Material material;
+  Moduli material;
   BaseCompliance base = {};
 };
 

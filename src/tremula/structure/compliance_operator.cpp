@@ -60,21 +60,19 @@ struct Layout {
   int group_count = 0;
 };
 
-std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
-
 // By branch: 0 for the top, else 1, 2, … Subtrees follow each other into a block until it is full.
-std::vector<int> cut_into_blocks(const Structure& structure) {
-  const int count = structure.branch_count();
+std::vector<int> cut_into_blocks(const BeamTree& tree) {
+  const int count = tree.branch_count();
   std::vector<int> block(index_of(count), 1);
   if (count <= 2 * largest_subtree) return block;
   std::vector<int> subtree(index_of(count), 1);
   for (int k = count - 1; k >= 0; --k) {
-    const int parent = structure.parent[index_of(k)];
+    const int parent = tree.parent[index_of(k)];
     if (parent >= 0) subtree[index_of(parent)] += subtree[index_of(k)];
   }
   int current = 1, filled = 0;
   for (int k = 0; k < count; ++k) {
-    const int parent = structure.parent[index_of(k)];
+    const int parent = tree.parent[index_of(k)];
     if (subtree[index_of(k)] > largest_subtree) {
       block[index_of(k)] = 0;
     } else if (parent >= 0 && block[index_of(parent)] > 0) {
@@ -92,14 +90,14 @@ std::vector<int> cut_into_blocks(const Structure& structure) {
 }
 
 // The branches of every block by depth in it, and within a depth by parent: (block, depth) -> branches.
-std::vector<std::vector<std::vector<int>>> sort_by_depth(const Structure& structure,
+std::vector<std::vector<std::vector<int>>> sort_by_depth(const BeamTree& tree,
                                                          const std::vector<int>& block) {
   std::vector<std::vector<std::vector<int>>> sorted(
       index_of(1 + *std::max_element(block.begin(), block.end())));
   std::vector<int> depth(block.size(), 0), rank(block.size(), 0);
   int next_rank = 0;
-  for (int k = 0; k < structure.branch_count(); ++k) {
-    const int parent = structure.parent[index_of(k)];
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const int parent = tree.parent[index_of(k)];
     const bool inside = parent >= 0 && block[index_of(parent)] == block[index_of(k)];
     if (inside) depth[index_of(k)] = depth[index_of(parent)] + 1;
     auto& levels = sorted[index_of(block[index_of(k)])];
@@ -109,7 +107,7 @@ std::vector<std::vector<std::vector<int>>> sort_by_depth(const Structure& struct
   for (auto& levels : sorted) {
     for (auto& level : levels) {
       const auto rank_of_parent = [&](int k) {
-        const int parent = structure.parent[index_of(k)];
+        const int parent = tree.parent[index_of(k)];
         return parent < 0 ? -1 : rank[index_of(parent)];
       };
       std::stable_sort(level.begin(), level.end(),
@@ -128,13 +126,13 @@ int group_count(const std::vector<std::vector<std::vector<int>>>& sorted, int la
   return groups;
 }
 
-Layout lay_out(const Structure& structure) {
-  const std::vector<int> block_of = cut_into_blocks(structure);
-  const auto sorted = sort_by_depth(structure, block_of);
+Layout lay_out(const BeamTree& tree) {
+  const std::vector<int> block_of = cut_into_blocks(tree);
+  const auto sorted = sort_by_depth(tree, block_of);
   Layout layout;
   // Where most depths have few branches (a straight stem), lanes would be empty.
   const double cost_8 = 1.8 * group_count(sorted, 8), cost_4 = 1.3 * group_count(sorted, 4);
-  const double cost_1 = structure.branch_count();
+  const double cost_1 = tree.branch_count();
   layout.lanes = cost_8 <= std::min(cost_4, cost_1) ? 8 : cost_4 <= cost_1 ? 4 : 1;
   const int lanes = layout.lanes;
   const auto place = [&](int slot) {
@@ -160,14 +158,14 @@ Layout lay_out(const Structure& structure) {
       return parent < 0 ? -1 : place(layout.slot[index_of(parent)] + lanes * layout.blocks[0].inlet_groups);
     };
     for (const int k : levels[0]) {
-      const std::int32_t from = head_place(structure.parent[index_of(k)]);
+      const std::int32_t from = head_place(tree.parent[index_of(k)]);
       if (block.inlets.empty() || block.inlets.back() != from) block.inlets.push_back(from);
       layout.parent[index_of(k)] = place(static_cast<int>(block.inlets.size()) - 1);
     }
     block.inlet_groups = (static_cast<int>(block.inlets.size()) + lanes - 1) / lanes;
     for (std::size_t depth = 1; depth < levels.size(); ++depth) {
       for (const int k : levels[depth]) {
-        const int local = layout.slot[index_of(structure.parent[index_of(k)])] - block.first_group * lanes;
+        const int local = layout.slot[index_of(tree.parent[index_of(k)])] - block.first_group * lanes;
         layout.parent[index_of(k)] = place(local + block.inlet_groups * lanes);
       }
     }
@@ -177,22 +175,22 @@ Layout lay_out(const Structure& structure) {
 }
 
 template <int lanes>
-void pack(const Structure& structure, int k, Group<lanes>& group, int lane) {
+void pack(const BeamTree& tree, int k, Group<lanes>& group, int lane) {
   using Number = typename Group<lanes>::Number;
   const auto set = [&](int number, double value) { group.numbers[index_of(number)][index_of(lane)] = value; };
   for (int i = 0; i < 3; ++i) {
-    set(Number::direction + i, structure.direction[index_of(k)][i]);
-    set(Number::reach + i, structure.reach[index_of(k)][i]);
-    set(Number::arm + i, structure.start_arm[index_of(k)][i]);
+    set(Number::direction + i, tree.members[index_of(k)].direction[i]);
+    set(Number::reach + i, tree.reach[index_of(k)][i]);
+    set(Number::arm + i, tree.members[index_of(k)].start_arm[i]);
   }
-  const Compliance& c = structure.compliances[index_of(k)];
+  const Compliance& c = tree.compliances[index_of(k)];
   const double deflection = std::sqrt(c.deflection), slope = std::sqrt(c.slope_held);
   set(Number::root_deflection, deflection);
   set(Number::root_slope_deflection, c.deflection_slope / deflection);
   set(Number::root_slope, slope);
   set(Number::root_along, std::sqrt(c.axial) - deflection);
   set(Number::root_twist, std::sqrt(c.torsion) - slope);
-  const ElementMass& mass = structure.masses[index_of(k)];
+  const ElementMass& mass = tree.masses[index_of(k)];
   for (int i = 0, next = 0, next_bending = 0; i < 2; ++i) {
     for (int j = i; j < 2; ++j, ++next) {
       set(Number::along + next, mass.axial(i, j) - mass.bending(2 * i, 2 * j));
@@ -380,11 +378,11 @@ TREMULA_SWEEPS(1)
 template <int lanes>
 class PackedTree {
  public:
-  PackedTree(const Structure& structure, Layout layout)
+  PackedTree(const BeamTree& tree, Layout layout)
       : layout_(std::move(layout)), groups_(index_of(layout_.group_count)) {
-    for (int k = 0; k < structure.branch_count(); ++k) {
+    for (int k = 0; k < tree.branch_count(); ++k) {
       const int slot = layout_.slot[index_of(k)];
-      pack(structure, k, groups_[index_of(slot / lanes)], slot % lanes);
+      pack(tree, k, groups_[index_of(slot / lanes)], slot % lanes);
       groups_[index_of(slot / lanes)].parent[index_of(slot % lanes)] = layout_.parent[index_of(k)];
     }
     int inlets = 0;
@@ -508,16 +506,16 @@ class PackedTree {
 struct ComplianceOperator::Impl {
   std::variant<PackedTree<1>, PackedTree<4>, PackedTree<8>> tree;
 
-  static std::variant<PackedTree<1>, PackedTree<4>, PackedTree<8>> packed(const Structure& structure) {
-    Layout layout = lay_out(structure);
-    if (layout.lanes == 8) return PackedTree<8>(structure, std::move(layout));
-    if (layout.lanes == 4) return PackedTree<4>(structure, std::move(layout));
-    return PackedTree<1>(structure, std::move(layout));
+  static std::variant<PackedTree<1>, PackedTree<4>, PackedTree<8>> packed(const BeamTree& tree) {
+    Layout layout = lay_out(tree);
+    if (layout.lanes == 8) return PackedTree<8>(tree, std::move(layout));
+    if (layout.lanes == 4) return PackedTree<4>(tree, std::move(layout));
+    return PackedTree<1>(tree, std::move(layout));
   }
 };
 
-ComplianceOperator::ComplianceOperator(const Structure& structure)
-    : impl_(std::make_unique<Impl>(Impl{Impl::packed(structure)})) {}
+ComplianceOperator::ComplianceOperator(const BeamTree& tree)
+    : impl_(std::make_unique<Impl>(Impl{Impl::packed(tree)})) {}
 ComplianceOperator::~ComplianceOperator() = default;
 ComplianceOperator::ComplianceOperator(ComplianceOperator&&) noexcept = default;
 

@@ -1,8 +1,8 @@
-// The symmetric operator of the compliance form (structure.hpp), packed for speed: what the eigensolver
+// The symmetric operator of the compliance form (beam_tree.hpp), packed for speed: what the eigensolver
 // applies a hundred times.
 #pragma once
 
-#include "tremula/structure/structure.hpp"
+#include "tremula/structure/beam_tree.hpp"
 
 #include <memory>
 
@@ -21,7 +21,7 @@ namespace tremula {
 // result does not depend on how many.
 class ComplianceOperator {
  public:
-  explicit ComplianceOperator(const Structure& structure);
+  explicit ComplianceOperator(const BeamTree& tree);
   ~ComplianceOperator();
   ComplianceOperator(ComplianceOperator&&) noexcept;
 

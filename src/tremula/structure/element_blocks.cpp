@@ -5,12 +5,6 @@
 namespace tremula {
 namespace {
 
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 matrix;
-  matrix << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
-  return matrix;
-}
-
 // With phi = theta x d: a force across is m v, a moment d x (m phi), and theta enters v's row as -(d x
 // theta).
 Mat6 block(double along_scale, double twist_scale, double force_v, double force_phi, double moment_v,
@@ -55,6 +49,20 @@ Mat6 compliance_root(const Compliance& c, const Vec3& direction) {
   const double deflection = std::sqrt(c.deflection), slope_deflection = c.deflection_slope / deflection;
   return block(std::sqrt(c.axial), std::sqrt(c.torsion), deflection, 0, slope_deflection,
                std::sqrt(c.slope_held), direction);
+}
+
+void add_element(const ElementBlocks& blocks, int start_row, int end_row,
+                 std::vector<Eigen::Triplet<double>>& triplets) {
+  const auto add = [&](int row, int column, const auto& block) {
+    if (row < 0 || column < 0) return;
+    for (int i = 0; i < 6; ++i) {
+      for (int j = 0; j < 6; ++j) triplets.emplace_back(row + i, column + j, block(i, j));
+    }
+  };
+  add(start_row, start_row, blocks.start);
+  add(start_row, end_row, blocks.cross);
+  add(end_row, start_row, blocks.cross.transpose());
+  add(end_row, end_row, blocks.end);
 }
 
 }  // namespace tremula

@@ -1,6 +1,10 @@
 // The 6 x 6 blocks of one branch in world axes, for the stages that need matrices rather than their products.
 #pragma once
 
+#include <vector>
+
+#include <Eigen/SparseCore>
+
 #include "tremula/base/types.hpp"
 #include "tremula/structure/beam.hpp"
 
@@ -24,5 +28,10 @@ ElementBlocks stiffness_blocks(const Compliance& compliance, const Vec3& directi
 // The compliance of the tip, C, and a root of it, C = S S^T.
 Mat6 compliance_block(const Compliance& compliance, const Vec3& direction);
 Mat6 compliance_root(const Compliance& compliance, const Vec3& direction);
+
+// Adds the blocks of an element to the rows of its two nodes; start_row and end_row are the first of six, -1
+// where the node is clamped and has none.
+void add_element(const ElementBlocks& blocks, int start_row, int end_row,
+                 std::vector<Eigen::Triplet<double>>& triplets);
 
 }  // namespace tremula

@@ -2,15 +2,13 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/structure/element_blocks.hpp"
-#include "tremula/structure/sparse_matrices.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
 namespace tremula {
 namespace {
-
-std::size_t index_of(int i) { return static_cast<std::size_t>(i); }
 
 void check_node(const Frame& frame, const std::string& place, int node) {
   if (node < 0 || index_of(node) >= frame.nodes.size()) {
@@ -19,7 +17,7 @@ void check_node(const Frame& frame, const std::string& place, int node) {
   }
 }
 
-void check_frame(const Frame& frame) {
+void check_elements(const Frame& frame) {
   for (std::size_t i = 0; i < frame.nodes.size(); ++i) {
     if (!frame.nodes[i].allFinite()) {
       throw InputError("frame node " + std::to_string(i), "its position is not finite", "metres");
@@ -84,9 +82,13 @@ void check_connected(const Frame& frame) {
 
 }  // namespace
 
+void check_frame(const Frame& frame) {
+  check_elements(frame);
+  check_connected(frame);
+}
+
 FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
   check_frame(frame);
-  check_connected(frame);
   FrameMatrices matrices;
   matrices.row.assign(frame.nodes.size(), 0);
   for (const int node : frame.clamped) matrices.row[index_of(node)] = -1;
@@ -116,6 +118,7 @@ FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
     }
     add_element(elastic, start, end, stiffness);
     add_element(mass_blocks(consistent_mass(beam, options.rotatory_inertia), direction), start, end, mass);
+    matrices.members.push_back({start, end, branch.start, direction, Vec3::Zero(), beam});
   }
   for (const FramePointMass& point : frame.masses) {
     const int row = matrices.row[index_of(point.node)];
@@ -125,6 +128,40 @@ FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
   matrices.stiffness.setFromTriplets(stiffness.begin(), stiffness.end());
   matrices.mass.setFromTriplets(mass.begin(), mass.end());
   return matrices;
+}
+
+int free_rows(const Frame& frame) {
+  std::vector<char> held(frame.nodes.size(), 0);
+  for (const int node : frame.clamped) held[index_of(node)] = 1;
+  return 6 * static_cast<int>(std::count(held.begin(), held.end(), 0));
+}
+
+Skeleton outline_of(const Frame& frame) {
+  constexpr double straight = 1 - 1e-9;  // cosine
+  const auto along = [&](const FrameElement& element) -> Vec3 {
+    return (frame.nodes[index_of(element.end_node)] - frame.nodes[index_of(element.start_node)]).normalized();
+  };
+  const auto goes_on = [&](std::size_t i) {
+    const FrameElement &before = frame.elements[i - 1], &self = frame.elements[i];
+    return self.start_node == before.end_node && self.start_radius == before.end_radius &&
+           along(self).dot(along(before)) > straight;
+  };
+  Skeleton outline;
+  for (std::size_t i = 0; i < frame.elements.size(); ++i) {
+    if (i == 0 || !goes_on(i)) outline.roots.push_back(frame.nodes[index_of(frame.elements[i].start_node)]);
+  }
+  int root = 0;
+  for (std::size_t i = 0; i < frame.elements.size(); ++i) {
+    const FrameElement& element = frame.elements[i];
+    Branch branch;
+    branch.start_node = i > 0 && goes_on(i) ? outline.end_node(static_cast<int>(i) - 1) : root++;
+    branch.start = frame.nodes[index_of(element.start_node)];
+    branch.end = frame.nodes[index_of(element.end_node)];
+    branch.start_radius = element.start_radius;
+    branch.end_radius = element.end_radius;
+    outline.branches.push_back(branch);
+  }
+  return outline;
 }
 
 }  // namespace tremula

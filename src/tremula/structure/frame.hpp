@@ -2,13 +2,14 @@
 // arch, a stem that is tied to a stake.
 //
 // A loop is statically indeterminate, so K^-1 is not known beforehand: K and M are assembled. That costs
-// digits which a Structure keeps (structure.hpp), about as many as the highest frequency is above the lowest,
+// digits which a BeamTree keeps (beam_tree.hpp), about as many as the highest frequency is above the lowest,
 // squared. The elements are the same beams.
 #pragma once
 
 #include "tremula/base/types.hpp"
-#include "tremula/structure/beam.hpp"
+#include "tremula/geometry/skeleton.hpp"
 #include "tremula/structure/material.hpp"
+#include "tremula/structure/member.hpp"
 
 #include <vector>
 
@@ -45,13 +46,24 @@ struct FrameOptions {
 struct FrameMatrices {
   Eigen::SparseMatrix<double> stiffness, mass;  // (6F x 6F)
   std::vector<int> row;                         // of each node, the first of its six; -1 where clamped
+  std::vector<Member> members;                  // the elements, in their order
 
   Eigen::Index size() const { return stiffness.rows(); }
 };
 
 // Throws InputError, naming the element or node, for what is no frame: indices of nodes that do not exist,
 // numbers that are not finite, elements without length or radius, materials that are none (check_material),
-// negative masses, nothing clamped, nothing free, and nodes that no elements connect with a clamp.
+// negative masses, nothing clamped, and nodes that no elements connect with a clamp.
+void check_frame(const Frame& frame);
+
+// Throws as check_frame does, and InputError where nothing is free.
 FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options = {});
+
+// Six for each node that is not clamped. This and outline_of take what check_frame passes.
+int free_rows(const Frame& frame);
+
+// The elements as branches, for a skin: element i is branch i, and a row of elements that go on straight from
+// end to start is one axis.
+Skeleton outline_of(const Frame& frame);
 
 }  // namespace tremula

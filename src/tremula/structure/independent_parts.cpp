@@ -4,11 +4,11 @@
 
 namespace tremula {
 
-std::vector<std::vector<int>> independent_parts(const Structure& structure) {
+std::vector<std::vector<int>> independent_parts(const BeamTree& tree) {
   std::vector<std::vector<int>> parts;
   std::vector<std::size_t> part_of_branch;
-  for (int k = 0; k < structure.branch_count(); ++k) {
-    const int parent = structure.parent[static_cast<std::size_t>(k)];
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const int parent = tree.parent[static_cast<std::size_t>(k)];
     part_of_branch.push_back(parent < 0 ? parts.size() : part_of_branch[static_cast<std::size_t>(parent)]);
     if (parent < 0) parts.emplace_back();
     parts[part_of_branch.back()].push_back(k);
@@ -16,19 +16,19 @@ std::vector<std::vector<int>> independent_parts(const Structure& structure) {
   return parts;
 }
 
-Structure part_of(const Structure& structure, std::span<const int> branches) {
-  Structure part;
+BeamTree part_of(const BeamTree& tree, std::span<const int> branches) {
+  BeamTree part;
   for (const int branch : branches) {
     const auto k = static_cast<std::size_t>(branch);
-    const int parent = structure.parent[k];
+    const int parent = tree.parent[k];
     const auto place = std::ranges::lower_bound(branches, parent) - branches.begin();
     part.parent.push_back(parent < 0 ? -1 : static_cast<int>(place));
-    part.direction.push_back(structure.direction[k]);
-    part.start_arm.push_back(structure.start_arm[k]);
-    part.reach.push_back(structure.reach[k]);
-    part.beams.push_back(structure.beams[k]);
-    part.compliances.push_back(structure.compliances[k]);
-    part.masses.push_back(structure.masses[k]);
+    part.reach.push_back(tree.reach[k]);
+    part.members.push_back(tree.members[k]);
+    part.members.back().start_row = parent < 0 ? -1 : 6 * place;
+    part.members.back().end_row = Eigen::Index{6} * (part.branch_count() - 1);
+    part.compliances.push_back(tree.compliances[k]);
+    part.masses.push_back(tree.masses[k]);
   }
   return part;
 }

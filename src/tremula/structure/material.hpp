@@ -7,12 +7,21 @@
 
 namespace tremula {
 
+// The numbers alone, for beams, of which there are many.
+struct Moduli {
+  double youngs_modulus = 0;  // E, along the grain [Pa]
+  double shear_modulus = 0;   // G, of torsion [Pa]
+  double density = 0;         // rho [kg/m^3]
+};
+
 struct Material {
   std::string name = "custom";
   double youngs_modulus = 0;  // E, along the grain [Pa]
   double shear_modulus = 0;   // G, of torsion [Pa]
   double density = 0;         // rho, as it stands: wood and water [kg/m^3]
   std::string source;         // where the numbers come from
+
+  operator Moduli() const { return {youngs_modulus, shear_modulus, density}; }
 };
 
 // "paper" (S appendix A), green wood by species, and "green-wood", the default.

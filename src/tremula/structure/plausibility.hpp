@@ -3,7 +3,7 @@
 #pragma once
 
 #include "tremula/geometry/skeleton.hpp"
-#include "tremula/structure/structure.hpp"
+#include "tremula/structure/beam_tree.hpp"
 
 #include <optional>
 #include <string>

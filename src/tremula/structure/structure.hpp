@@ -1,96 +1,65 @@
-// A plant as a structure: beams hung on each other, clamped at the roots or held there by springs.
-//
-// A clamped tree is statically determinate, so the stiffness matrix K is never built. With e the displacement
-// of each branch's end relative to its rigidly carried start, u = B^-1 e is a sweep from the roots to the
-// tips, wrenches add up by B^-T from the tips to the roots, and each branch answers with the compliance C of
-// its tip:
-//
-//   K^-1 = B^-1 C B^-T,     M = sum over branches of their consistent masses.
-//
-// Displacement and force vectors have 6 rows per branch: those of the node at its end (x y z, rotation or
-// moment x y z; world axes). Roots have none.
+// What vibrates, whatever it is made of: all that modes, loads and motion ask of it. A tree answers by sweeps
+// (beam_tree.hpp), a frame by sparse Cholesky factors (frame.hpp).
 #pragma once
 
-#include "tremula/geometry/skeleton.hpp"
-#include "tremula/structure/beam.hpp"
-#include "tremula/structure/material.hpp"
+#include "tremula/base/types.hpp"
+#include "tremula/structure/beam_tree.hpp"
+#include "tremula/structure/eigen_problem.hpp"
+#include "tremula/structure/frame.hpp"
+#include "tremula/structure/member.hpp"
+#include "tremula/structure/sites.hpp"
 
-#include <limits>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace tremula {
 
-// How the ground holds a stem: an isotropic spring without mass at the start of every branch that stands on a
-// root, one for each of them. Infinite: clamped.
-struct RootSpring {
-  double translation = std::numeric_limits<double>::infinity();  // [N/m]
-  double rotation = std::numeric_limits<double>::infinity();     // [N m/rad]
+// A place whose motion is told: where a member ends, or what holds it.
+struct Node {
+  Vec3 position = Vec3::Zero();  // at rest [m]
+  Eigen::Index row = -1;         // the first of its six; -1: the ground holds it
+  int foot_of = -1;              // the member on whose spring a held node stands; -1: it does not move
 };
 
-struct StructureOptions {
-  Material material = find_material("green-wood");
-  Section section = Section::exact;
-  bool rotatory_inertia = true;  // of the sections about their diameters; that about the axis always counts
-  RootSpring root = {};
-  // Of a fluid that moves with the branches across their axes [kg/m^3]: a cylinder of fluid as large as the
-  // branch (added mass, coefficient 1). Matters in water; 0 in air.
-  double added_mass_density = 0;
+// M_fa 1_d, the forces on the free nodes when all nodes, held ones too, speed up by 1 m/s^2 along each world
+// axis: (rows x 3) [kg, kg m]. And the mass of all there is, held or not [kg].
+struct GroundInertia {
+  Eigen::MatrixX3d forces;
+  double total_mass = 0;
 };
 
-// One entry per branch in every array, parents before children. A branch on a spring is condensed into one
-// with it (Beam::base): the spring's far side, the ground, is what carries the branch and stands still, so
-// nothing that works with `compliances`, `masses` or Shape need know of the spring.
+// Vectors of displacements and forces have six rows a free node (x y z, rotation or moment x y z; world
+// axes) [m, rad, N, N m]. Copies share what the functions work on.
 struct Structure {
-  std::vector<int> parent;      // branch that carries the start, -1 a root
-  std::vector<Vec3> direction;  // unit vector along the branch
-  std::vector<Vec3> start_arm;  // from the node that carries the branch to its start [m]
-  std::vector<Vec3> reach;      // from that node to the end of the branch [m]
-  std::vector<Beam> beams;
-  std::vector<Compliance> compliances;
-  std::vector<ElementMass> masses;  // of wood and of the leaves the branch carries
+  std::vector<Node> nodes;
+  std::span<const Member> members;  // kept by the functions below
+  // M u and K^-1 f, the exact static deflection. Throw InputError for vectors of another size.
+  std::function<Eigen::VectorXd(const Eigen::VectorXd& displacement)> mass;
+  std::function<Eigen::VectorXd(const Eigen::VectorXd& force)> flexibility;
+  EigenParts eigen;
+  std::function<Sites()> find_sites;                   // where the wind takes hold
+  std::function<GroundInertia()> find_ground_inertia;  // how it answers to ground that speeds up
+  Eigen::Index row_count = 0;
 
-  int branch_count() const { return static_cast<int>(parent.size()); }
-  Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(parent.size()); }
+  Eigen::Index size() const { return row_count; }
 };
 
-// Throws InputError unless both stiffnesses are above 0 (1e-100 is the least) or infinite.
-void check_root(const RootSpring& spring);
-
-// Throws InputError for a material or a root that is not one (check_material, check_root) or an added mass
-// below 0, and for a skeleton that check_skeleton does not pass (leaves may be masses without a size).
-// Functions below throw it for vectors of another size; those that work on one branch are called often and
-// only assert.
+// The nodes of a tree are its roots and then the ends of its branches; its members are the branches. Throws
+// as assemble_tree does.
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
-// M u.  (6N) -> (6N)
-Eigen::VectorXd apply_mass(const Structure& structure, const Eigen::VectorXd& displacement);
+// Nodes and members are those of the frame; it counts as one part, even where it stands in several. Throws as
+// assemble_frame does, and Error where the stiffness is not positive definite to working precision.
+Structure assemble(const Frame& frame, const FrameOptions& options = {});
 
-// K u = B^T C^-1 B u. For checks: it loses the digits that solve_static keeps.
-Eigen::VectorXd apply_stiffness(const Structure& structure, const Eigen::VectorXd& displacement);
+// The height of the lowest node that the ground holds [m].
+double ground_height(const Structure& structure);
 
-// K^-1 f = B^-1 C B^-T f: the static deflection, exact. (6N) [N, N m] -> (6N) [m, rad]
-Eigen::VectorXd solve_static(const Structure& structure, const Eigen::VectorXd& force);
-
-// The symmetric operator of the compliance form, S^T B^-T M B^-1 S with C = S S^T. Its eigenvalues are
-// omega^-2; an eigenvector s gives the mode B^-1 S s (S section 3 in a form that keeps all digits of the low
-// modes).
-Eigen::VectorXd apply_compliance_form(const Structure& structure, const Eigen::VectorXd& s);
-Eigen::VectorXd displacement_from_compliance_form(const Structure& structure, const Eigen::VectorXd& s);
-
-// The displacement of both ends of a branch, in world axes: what S eq. 1 calls (u_i, u_j) and what Shape
-// wants, the first one carried from its node to the start of the branch. On a root it is zero, with a spring
-// too, for its give is part of the branch's Shape: foot_displacement tells it.
-struct EndDisplacements {
-  Vec3 start_translation, start_rotation, end_translation, end_rotation;
-};
-EndDisplacements end_displacements(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
-                                   int branch);
-
-// How the foot of a branch that stands on a root moves on its spring: translation and rotation of its start,
-// zero where the root is rigid. Times the stiffnesses it is the wrench on the ground.
-Vec6 foot_displacement(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
-                       int branch);
+// Where a node has gone: translation and rotation, zero where it is held and rigid.
+Vec6 node_displacement(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
+                       std::size_t node);
 
 }  // namespace tremula

@@ -6,7 +6,6 @@
 #include "tremula/wind/field_at_points.hpp"
 #include "tremula/wind/field_statistics.hpp"
 #include "tremula/wind/synthesis.hpp"
-#include "tremula/wind/wind_at_points.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,9 +33,11 @@ std::function<Eigen::Matrix3Xcd(int, int)> draws_of(const std::shared_ptr<const 
   return [wind](int bin, int draw) { return wind->velocity(bin, draw); };
 }
 
-PointWind at_points(const TurbulentWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
-  PointWind result{.mean = mean_velocity(wind.mean, points),
-                   .velocity = draws_of(std::make_shared<const TurbulentWindAtPoints>(wind, loop, points))};
+PointWind at_points(const TurbulentWind& wind, const std::optional<WindDomain>& domain, const TimeAxis& loop,
+                    const Eigen::Matrix3Xd& points) {
+  const auto drawn = std::make_shared<const TurbulentWindAtPoints>(wind, loop, points,
+                                                                   WindAtPointsOptions{.domain = domain});
+  PointWind result{.mean = mean_velocity(wind.mean, points), .velocity = draws_of(drawn), .is_checked = true};
   const double height = middle_height(points), speed = mean_speed(wind.mean, height);
   if (speed > 0) {
     result.power = [model = wind.spectrum, height, speed](double omega) {
@@ -48,7 +49,8 @@ PointWind at_points(const TurbulentWind& wind, const TimeAxis& loop, const Eigen
 
 PointWind at_points(const StamWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
   PointWind result{.mean = mean_velocity(wind.mean, points),
-                   .velocity = draws_of(std::make_shared<const StamWindAtPoints>(wind, loop, points))};
+                   .velocity = draws_of(std::make_shared<const StamWindAtPoints>(wind, loop, points)),
+                   .is_checked = true};
   const double height = middle_height(points), speed = mean_speed(wind.mean, height);
   if (wind.rows == StamRows::unit_variance && speed > 0) {
     result.power = [height, speed](double omega) {
@@ -59,12 +61,12 @@ PointWind at_points(const StamWind& wind, const TimeAxis& loop, const Eigen::Mat
 }
 
 PointWind at_points(const GivenWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
-  if (!wind.field) throw InputError("wind", "no field", "one");
   const auto field = std::make_shared<const FieldAtPoints>(*wind.field, wind.heading, loop, points);
   PointWind result{.mean = field->mean_velocity(),
                    .velocity = [field](int bin, int) { return field->velocity(bin); },
                    .has_draws = false,
-                   .has_slow_gusts = false};
+                   .has_slow_gusts = false,
+                   .is_checked = true};
   result.warnings = field->warnings();
   return result;
 }
@@ -95,55 +97,75 @@ ReferenceWind reference_of(const GivenWind& wind) {
   return result;
 }
 
-ReferenceWind reference_of(const OwnWind& wind) { return {wind.speed, 0, wind.heading}; }
-
-void check_own(const char* what, Eigen::Index rows, Eigen::Index columns, bool finite, Eigen::Index points) {
+void check_drawn(const char* what, Eigen::Index rows, Eigen::Index columns, bool finite,
+                 Eigen::Index points) {
   if (rows != 3 || columns != points) {
-    throw InputError(std::string("own wind: ") + what,
+    throw InputError(std::string("wind: ") + what,
                      std::to_string(rows) + " x " + std::to_string(columns) + " numbers",
                      "3 x " + std::to_string(points));
   }
-  if (!finite) throw InputError(std::string("own wind: ") + what, "a number that is not finite", "m/s");
+  if (!finite) throw InputError(std::string("wind: ") + what, "a number that is not finite", "m/s");
 }
 
-PointWind at_points(const OwnWind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
-  if (!wind.at_points) throw InputError("own wind", "no function at_points", "one");
-  if (!std::isfinite(wind.speed) || wind.speed < 0 || !std::isfinite(wind.heading)) {
-    throw InputError("own wind",
-                     "speed " + number_text(wind.speed) + ", heading " + number_text(wind.heading),
+// A wind that somebody brings is checked now and whenever it is drawn.
+void check_own(const ReferenceWind& reference, PointWind& wind, Eigen::Index count) {
+  if (!std::isfinite(reference.speed) || reference.speed < 0 || !std::isfinite(reference.heading)) {
+    throw InputError("wind",
+                     "speed " + number_text(reference.speed) + ", heading " + number_text(reference.heading),
                      "0 m/s or more and an angle in degrees");
   }
-  PointWind own = wind.at_points(loop, points);
-  if (!own.velocity) throw InputError("own wind", "no function velocity", "one");
-  const Eigen::Index count = points.cols();
-  check_own("mean", own.mean.rows(), own.mean.cols(), own.mean.allFinite(), count);
-  own.velocity = [velocity = std::move(own.velocity), count](int bin, int draw) {
+  if (!wind.velocity) throw InputError("wind", "no function velocity", "one");
+  check_drawn("mean", wind.mean.rows(), wind.mean.cols(), wind.mean.allFinite(), count);
+  wind.velocity = [velocity = std::move(wind.velocity), count](int bin, int draw) {
     Eigen::Matrix3Xcd drawn = velocity(bin, draw);
-    check_own("velocity", drawn.rows(), drawn.cols(), drawn.allFinite(), count);
+    check_drawn("velocity", drawn.rows(), drawn.cols(), drawn.allFinite(), count);
     return drawn;
   };
-  if (own.power) {
-    own.power = [power = std::move(own.power)](double omega) {
-      const double value = power(omega);
-      if (!std::isfinite(value) || value <= 0)
-        throw InputError("own wind: power", number_text(value), "a finite number above 0");
-      return value;
-    };
-  }
-  return own;
+  if (!wind.power) return;
+  wind.power = [power = std::move(wind.power)](double omega) {
+    const double value = power(omega);
+    if (!std::isfinite(value) || value <= 0)
+      throw InputError("wind: power", number_text(value), "a finite number above 0");
+    return value;
+  };
 }
 
 }  // namespace
 
-ReferenceWind at_reference_height(const Wind& wind) {
-  return std::visit([](const auto& kind) { return reference_of(kind); }, wind);
+Wind::Wind(const TurbulentWind& wind, const std::optional<WindDomain>& domain)
+    : reference(reference_of(wind)),
+      at_points([wind, domain](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+        return tremula::at_points(wind, domain, loop, points);
+      }) {
+  if (spectrum_variance(wind.spectrum)[0] > 0)
+    spectrum = [wind](double height, double frequency) { return spectrum_at(wind, height, frequency)[0]; };
 }
+
+Wind::Wind(const StamWind& wind)
+    : reference(reference_of(wind)), at_points([wind](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+        return tremula::at_points(wind, loop, points);
+      }) {
+  if (wind.rows != StamRows::unit_variance || !(wind.turbulence_intensity > 0)) return;
+  spectrum = [wind](double height, double frequency) {
+    const double speed = mean_speed(wind.mean, height);
+    return speed > 0 ? simiu_scanlan_spectrum(frequency, height, speed, 1)[0] : 0;
+  };
+}
+
+Wind::Wind(const GivenWind& wind)
+    : reference(reference_of(wind)), at_points([wind](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+        return tremula::at_points(wind, loop, points);
+      }) {}
 
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
   check_at_least("points in the wind", points.cols(), 1);
   if (!points.allFinite())
     throw InputError("points in the wind", "one that is not finite", "finite coordinates");
-  return std::visit([&](const auto& kind) { return at_points(kind, loop, points); }, wind);
+  if (!wind.at_points) throw InputError("wind", "no function at_points", "one");
+  PointWind result = wind.at_points(loop, points);
+  if (result.is_checked) return result;
+  check_own(wind.reference, result, points.cols());
+  return result;
 }
 
 }  // namespace tremula

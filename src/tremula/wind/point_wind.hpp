@@ -1,16 +1,16 @@
-// The winds there are, and what the cascade asks of any of them: coefficients at the plant's points.
+// A wind, and what the cascade asks of it: coefficients at the points of a structure.
 #pragma once
 
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/field.hpp"
 #include "tremula/wind/stam_wind.hpp"
 #include "tremula/wind/turbulent_wind.hpp"
+#include "tremula/wind/turbulent_wind_at_points.hpp"
 
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
@@ -33,32 +33,37 @@ struct PointWind {
   bool has_draws = true;       // false: what was given once, once
   bool has_slow_gusts = true;  // bin 0 is more than the mean
   std::vector<std::string> warnings = {};
+  bool is_checked = false;  // its maker vouches for sizes and for numbers that are finite
 };
 
-// A wind of your own: a function that gives it at any points (3 x N) [m], z above the ground, for any loop.
-// What it returns is checked: sizes when it is made, and that every coefficient is finite when it is drawn.
-struct OwnWind {
-  std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points = {};
-  double speed = 0;    // mean, for captions and reports [m/s]
-  double heading = 0;  // as MeanWind::heading [degrees]
-};
-
-using Wind = std::variant<TurbulentWind, StamWind, GivenWind, OwnWind>;
-
-// What any wind is like at its reference height.
+// What a wind is like at its reference height: for captions, reports and advice.
 struct ReferenceWind {
   double speed = 0;                      // mean [m/s]
-  double height = 0;                     // [m]; 0 for an OwnWind, which has none
+  double height = 0;                     // [m]; 0: it has none
   double heading = 0;                    // where it blows to, as MeanWind::heading [degrees]
   std::optional<double> intensity = {};  // sigma_u / speed; none for gusts without unit or without mean wind
 };
 
-// Of a given field: its Taylor speed, and the deviation of the row nearest to its reference height. Throws
-// InputError where there is no field.
-ReferenceWind at_reference_height(const Wind& wind);
+// Anything that blows: one of the winds of this library, or your own, from whatever says how it is at points.
+struct Wind {
+  ReferenceWind reference = {};
+  // S_u at a height [m] and a frequency [Hz], [(m/s)^2/Hz]; empty: not known.
+  std::function<double(double height, double frequency)> spectrum = {};
+  // At points (3 x P) [m], z above the ground, for a loop. What it returns is checked by wind_at_points.
+  std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points = {};
 
-// points (3 x N) [m], z above the ground. Throws InputError for a wind that cannot be; so does the velocity
-// of an OwnWind that gives numbers that are none.
+  Wind() = default;
+  // Throw InputError for a wind that cannot be. The speed of a given field is its Taylor speed, its intensity
+  // that of the row nearest to its reference height. Who asks for points in one domain is in the same gusts;
+  // Stam's wind and fields have one realisation for all points anyway.
+  Wind(const TurbulentWind& wind, const std::optional<WindDomain>& domain = {});
+  Wind(const StamWind& wind);
+  Wind(const GivenWind& wind);
+};
+
+// points (3 x P) [m], z above the ground. Throws InputError for a wind without at_points or that cannot be
+// at these points, and for what it returns: sizes, and a mean, at once; coefficients and powers that are not
+// finite when they are drawn.
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points);
 
 }  // namespace tremula

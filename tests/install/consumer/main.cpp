@@ -32,9 +32,8 @@ int main() {
   subject.modes = baked.modes;
 
   const Motion motion = set_in_motion(subject, {.loop = {4, 60}});
-  Displacement displacement = displacement_at(subject.modes, motion, 1.23);
-  const BranchPoint top =
-      branch_point(subject.skeleton, subject.structure, displacement, plant.branch_count() - 1, 1.0);
+  const Eigen::VectorXd displacement = displacement_at(motion, 1.23);
+  const MemberPoint top = member_point(subject.structure.members.back(), displacement, 1.0);
   const double above = displacement.tail<6>().head<3>().norm() / top.displacement.norm();
 
   const Eigen::MatrixXd& shapes = subject.modes.shapes;

@@ -1,0 +1,73 @@
+// A loop as everybody after the cascade sees it, and nothing else: writers, the renderer, the page.
+#pragma once
+
+#include "tremula/base/types.hpp"
+#include "tremula/deformation/pose.hpp"
+#include "tremula/dynamics/motion.hpp"
+#include "tremula/geometry/surface.hpp"
+#include "tremula/structure/structure.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace tremula {
+
+// What a file says about the loop in it. The period and the frequencies are the loop's own.
+struct LoopFacts {
+  std::string name = "tree";
+  double frames_per_second = 30;  // what the loop was made for; the samples are its frames
+  double wind_speed = 0;          // mean, at its reference height [m/s]
+  double heading = 0;             // of the mean wind, from x towards y [degrees]
+  std::uint64_t seed = 0;
+};
+
+// Where a copy of what moves stands, and when: it shows at time t what the loop has at t + time_shift,
+// scaled, then turned about the vertical, then moved.
+struct Instance {
+  Vec3 position = Vec3::Zero();  // of the origin [m]
+  double turn = 0;               // from x towards y [rad]
+  double scale = 1;
+  double time_shift = 0;  // [s]
+
+  Mat3 rotation() const {
+    Mat3 r = Mat3::Identity();
+    r.topLeftCorner<2, 2>() << std::cos(turn), -std::sin(turn), std::sin(turn), std::cos(turn);
+    return r;
+  }
+};
+
+// Throws InputError where there are none, for a number that is not finite, and for a scale that is not above
+// 0.
+void check_instances(const std::vector<Instance>& instances);
+
+using NodePoses = Eigen::Matrix<double, 6, Eigen::Dynamic>;  // translation [m] and rotation vector [rad]
+
+// M samples at equidistant instants of a loop that closes (sample M would equal sample 0).
+struct Loop {
+  LoopFacts facts;
+  double period = 0;                    // [s]
+  std::shared_ptr<const Surface> rest;  // the skin and its materials, at rest
+  // The motion of the skin is linear: a few shapes (c), and at every sample a weight of each.
+  std::vector<ShapeKind> kind;
+  Eigen::VectorXd frequency;    // (c) [Hz]; 0 for the lean
+  Eigen::MatrixXd coordinates;  // (M x c) the weights; 1 for the lean
+  std::function<SurfaceDelta(Eigen::Index shape, double weight)> shape_of_skin;
+  // Where the skin and the nodes have gone, from rest, at any time [s]; linear between samples.
+  std::function<SurfaceDelta(double time)> skin_at;
+  Eigen::Matrix3Xd nodes;  // at rest [m]
+  std::function<NodePoses(double time)> nodes_at;
+  std::vector<Instance> instances{Instance{}};  // one or more; all else is of a copy at the origin, unshifted
+
+  int sample_count() const { return static_cast<int>(coordinates.rows()); }
+};
+
+// Throws InputError where the surface or the motion is not one of this structure (check_motion).
+Loop make_loop(const Structure& structure, Surface surface, Motion motion, const LoopFacts& facts);
+
+}  // namespace tremula

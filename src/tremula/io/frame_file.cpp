@@ -1,0 +1,251 @@
+#include "tremula/io/frame_file.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
+#include "tremula/base/suggestion.hpp"
+#include "tremula/io/atomic_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <map>
+#include <string_view>
+#include <vector>
+
+#include <toml++/toml.h>
+
+namespace tremula {
+namespace {
+
+constexpr std::size_t largest_file = std::size_t{16} << 20, most_elements = 200'000;
+constexpr int most_pieces = 1000;
+
+// What reading goes through: the name of the file for messages, and the points as they are met.
+struct Reader {
+  std::string file;
+  FrameFile result = {};
+  std::map<std::string, int, std::less<>> points = {};
+
+  [[noreturn]] void fail(const toml::node& node, const std::string& what, const std::string& found,
+                         const std::string& wanted) const {
+    const toml::source_position at = node.source().begin;
+    throw InputError(file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " + what,
+                     found, wanted);
+  }
+};
+
+std::string kind_of(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::string:
+      return "'" + node.as_string()->get() + "'";
+    case toml::node_type::integer:
+      return std::to_string(node.as_integer()->get());
+    case toml::node_type::floating_point:
+      return number_text(node.as_floating_point()->get());
+    case toml::node_type::boolean:
+      return node.as_boolean()->get() ? "true" : "false";
+    case toml::node_type::array:
+      return "a list";
+    case toml::node_type::table:
+      return "a table";
+    default:
+      return "a date";
+  }
+}
+
+void check_keys(const Reader& reader, const toml::table& table, const std::string& what,
+                std::initializer_list<const char*> known) {
+  const std::vector<std::string> names(known.begin(), known.end());
+  for (const auto& [key, value] : table) {
+    const std::string name(key.str());
+    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
+    std::string list;
+    for (const std::string& one : names) list += (list.empty() ? "" : ", ") + one;
+    reader.fail(value, what + " has no '" + name + "'" + suggestion(name, names), "unknown",
+                "one of " + list);
+  }
+}
+
+double number(const Reader& reader, const toml::node& node, const std::string& what, double least,
+              const std::string& wanted) {
+  const auto value = node.value<double>();
+  if (!node.is_number() || !value || !std::isfinite(*value) || !(*value >= least))
+    reader.fail(node, what, kind_of(node), wanted);
+  return *value;
+}
+
+std::string text(const Reader& reader, const toml::node& node, const std::string& what,
+                 const std::string& wanted) {
+  if (!node.is_string()) reader.fail(node, what, kind_of(node), wanted);
+  return node.as_string()->get();
+}
+
+const toml::array& list(const Reader& reader, const toml::node& node, const std::string& what,
+                        const std::string& wanted) {
+  if (!node.is_array()) reader.fail(node, what, kind_of(node), wanted);
+  return *node.as_array();
+}
+
+const toml::node& needed(const Reader& reader, const toml::table& table, const char* key,
+                         const std::string& what) {
+  const toml::node* node = table.get(key);
+  if (node == nullptr) reader.fail(table, what, std::string("no ") + key, "one");
+  return *node;
+}
+
+int point_named(const Reader& reader, const toml::node& node, const std::string& what) {
+  const std::string name = text(reader, node, what, "the name of a point");
+  const auto found = reader.points.find(name);
+  if (found != reader.points.end()) return found->second;
+  std::vector<std::string> names;
+  for (const auto& [known, index] : reader.points) names.push_back(known);
+  reader.fail(node, what, "no point '" + name + "'" + suggestion(name, names), "one of [points]");
+}
+
+Material material_of(const Reader& reader, const toml::node& node) {
+  const std::string name = text(reader, node, "material", "the name of a material");
+  try {
+    return find_material(name);
+  } catch (const InputError& error) {
+    throw InputError(reader.file + ":" + std::to_string(node.source().begin.line) + ":" +
+                     std::to_string(node.source().begin.column) + ": " + error.what());
+  }
+}
+
+int pieces_of(const Reader& reader, const toml::node& node) {
+  const auto value = node.value_exact<std::int64_t>();
+  if (!value || *value < 1 || *value > most_pieces)
+    reader.fail(node, "pieces", kind_of(node), "a whole number from 1 to " + std::to_string(most_pieces));
+  return static_cast<int>(*value);
+}
+
+void read_points(Reader& reader, const toml::table& file) {
+  const toml::node& node = needed(reader, file, "points", "frame");
+  if (!node.is_table()) reader.fail(node, "points", kind_of(node), "a table of names and positions [m]");
+  for (const auto& [key, value] : *node.as_table()) {
+    const std::string what = "point '" + std::string(key.str()) + "'";
+    const toml::array& position = list(reader, value, what, "three numbers [m]");
+    if (position.size() != 3)
+      reader.fail(value, what, std::to_string(position.size()) + " numbers", "three [m]");
+    Vec3 point;
+    for (std::size_t i = 0; i < 3; ++i)
+      point[static_cast<Eigen::Index>(i)] = number(reader, position[i], what, -1e6, "metres within 1000 km");
+    reader.points.emplace(key.str(), static_cast<int>(reader.result.frame.nodes.size()));
+    reader.result.frame.nodes.push_back(point);
+  }
+}
+
+// Radii at the beginning and the end of a beam.
+std::array<double, 2> radii(const Reader& reader, const toml::node& node) {
+  const std::string wanted = "a radius above 0 m, or two of them";
+  if (!node.is_array()) {
+    const double radius = number(reader, node, "radius", 1e-9, wanted);
+    return {radius, radius};
+  }
+  const toml::array& both = *node.as_array();
+  if (both.size() != 2) reader.fail(node, "radius", std::to_string(both.size()) + " numbers", wanted);
+  return {number(reader, both[0], "radius", 1e-9, wanted), number(reader, both[1], "radius", 1e-9, wanted)};
+}
+
+// One straight piece after the other, through new nodes between the points.
+void add_beam(Reader& reader, const toml::node& beam, const std::vector<int>& through,
+              const std::array<double, 2>& radius, const Material& material, int pieces) {
+  Frame& frame = reader.result.frame;
+  const auto node = [&](int i) { return frame.nodes[static_cast<std::size_t>(i)]; };
+  double whole = 0, done = 0;
+  for (std::size_t i = 0; i + 1 < through.size(); ++i)
+    whole += (node(through[i + 1]) - node(through[i])).norm();
+  for (std::size_t i = 0; i + 1 < through.size(); ++i) {
+    const Vec3 start = node(through[i]), end = node(through[i + 1]);
+    const double length = (end - start).norm();
+    if (!(length > 0)) reader.fail(beam, "beam", "two points at one place", "a length above 0");
+    int last = through[i];
+    for (int piece = 1; piece <= pieces; ++piece) {
+      int next = through[i + 1];
+      if (piece < pieces) {
+        next = static_cast<int>(frame.nodes.size());
+        frame.nodes.push_back(start + (end - start) * piece / pieces);
+      }
+      const auto at = [&](double share) {
+        return radius[0] + (radius[1] - radius[0]) * (done + share * length) / whole;
+      };
+      frame.elements.push_back({last, next, at(static_cast<double>(piece - 1) / pieces),
+                                at(static_cast<double>(piece) / pieces), material});
+      last = next;
+    }
+    done += length;
+    if (frame.elements.size() > most_elements) {
+      reader.fail(beam, "beams", "more than " + std::to_string(most_elements) + " pieces",
+                  "fewer beams or fewer pieces");
+    }
+  }
+}
+
+void read_beams(Reader& reader, const toml::table& file) {
+  const Material material =
+      file.contains("material") ? material_of(reader, *file.get("material")) : find_material("green-wood");
+  const int pieces = file.contains("pieces") ? pieces_of(reader, *file.get("pieces")) : 4;
+  const toml::node& node = needed(reader, file, "beams", "frame");
+  for (const toml::node& entry : list(reader, node, "beams", "[[beams]]")) {
+    if (!entry.is_table()) reader.fail(entry, "beams", kind_of(entry), "[[beams]]");
+    const toml::table& beam = *entry.as_table();
+    check_keys(reader, beam, "a beam", {"through", "radius", "material", "pieces"});
+    std::vector<int> through;
+    const toml::node& names = needed(reader, beam, "through", "beam");
+    for (const toml::node& name : list(reader, names, "through", "names of points"))
+      through.push_back(point_named(reader, name, "through"));
+    if (through.size() < 2)
+      reader.fail(names, "through", std::to_string(through.size()) + " points", "two or more");
+    add_beam(reader, entry, through, radii(reader, needed(reader, beam, "radius", "beam")),
+             beam.contains("material") ? material_of(reader, *beam.get("material")) : material,
+             beam.contains("pieces") ? pieces_of(reader, *beam.get("pieces")) : pieces);
+  }
+}
+
+void read_masses(Reader& reader, const toml::table& file) {
+  const toml::node* node = file.get("masses");
+  if (node == nullptr) return;
+  for (const toml::node& entry : list(reader, *node, "masses", "[[masses]]")) {
+    if (!entry.is_table()) reader.fail(entry, "masses", kind_of(entry), "[[masses]]");
+    const toml::table& mass = *entry.as_table();
+    check_keys(reader, mass, "a mass", {"at", "mass"});
+    reader.result.frame.masses.push_back(
+        {point_named(reader, needed(reader, mass, "at", "mass"), "at"),
+         number(reader, needed(reader, mass, "mass", "mass"), "mass", 0, "0 kg or more")});
+  }
+}
+
+toml::table parse(const std::string& text, const std::string& name) {
+  try {
+    return toml::parse(text);
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw InputError(name + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
+                     std::string(error.description()));
+  }
+}
+
+}  // namespace
+
+FrameFile parse_frame(const std::string& text_of_file, const std::string& name) {
+  const toml::table file = parse(text_of_file, name);
+  Reader reader{name};
+  check_keys(reader, file, "a frame", {"name", "material", "pieces", "clamped", "points", "beams", "masses"});
+  if (const toml::node* title = file.get("name")) reader.result.name = text(reader, *title, "name", "a name");
+  read_points(reader, file);
+  const toml::node& clamped = needed(reader, file, "clamped", "frame");
+  for (const toml::node& point : list(reader, clamped, "clamped", "names of points"))
+    reader.result.frame.clamped.push_back(point_named(reader, point, "clamped"));
+  read_beams(reader, file);
+  read_masses(reader, file);
+  try {
+    check_frame(reader.result.frame);
+  } catch (const InputError& error) {
+    throw InputError(name + ": " + error.what());
+  }
+  return std::move(reader.result);
+}
+
+FrameFile read_frame(const std::string& path) { return parse_frame(read_file(path, largest_file), path); }
+
+}  // namespace tremula

@@ -1,0 +1,234 @@
+#include "tremula/render/shading.hpp"
+
+#include "tremula/render/noise.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include <Eigen/Geometry>
+
+namespace tremula {
+namespace {
+
+using Eigen::Vector2f;
+using Eigen::Vector3f;
+
+constexpr float pi = std::numbers::pi_v<float>;
+
+// Straight in the shadows, a soft shoulder in the lights; 1 is reached at `white`.
+Rgb tone(const Rgb& light) {
+  constexpr float white = 4;
+  return light.unaryExpr([](float c) { return c * (1 + c / (white * white)) / (1 + 0.55F * c) * 1.15F; });
+}
+
+// The sky behind the plant, pale at the horizon; below, what the disc of ground fades into.
+Rgb backdrop(const Vector3f& direction) {
+  const float height = direction.z();
+  const Rgb horizon(0.86F, 0.91F, 0.92F);
+  const Rgb high(0.24F, 0.46F, 0.78F);
+  const Rgb low(0.72F, 0.80F, 0.72F);
+  if (height >= 0) return horizon + (high - horizon) * (1 - std::exp(-3.5F * height));
+  return horizon + (low - horizon) * (1 - std::exp(8.0F * height));
+}
+
+// Bark, by how high it stands out and how bright it is there, both around 0. Dark bark has furrows along the
+// stem, pale bark short marks across it. Each scale is faded out before it is finer than a pixel.
+struct Bark {
+  float height;
+  float shade;
+};
+
+Bark bark_at(const Vector2f& uv, float footprint, float paleness) {
+  const auto fade = [&](float frequency) { return std::clamp(1.5F - 2 * frequency * footprint, 0.0F, 1.0F); };
+  const float warp = noise(uv.x() * 6, uv.y() * 4, 6, 1) - 0.5F;
+  const auto furrows = [&](float around, float along, std::uint32_t seed) {
+    const float n = noise(uv.x() * around + 1.5F * warp, uv.y() * along, static_cast<int>(around), seed);
+    return smooth_step(0, 0.55F, std::abs(2 * n - 1)) - 0.6F;
+  };
+  const float rough = fade(12) * furrows(12, 3.2F, 2) + 0.45F * fade(26) * furrows(26, 9, 3);
+  const float grain = fade(60) * (noise(uv.x() * 60, uv.y() * 30, 60, 4) - 0.5F);
+  const float marks = fade(26) * smooth_step(0.66F, 0.8F, noise(uv.x() * 5, uv.y() * 26, 5, 5)) +
+                      fade(9) * smooth_step(0.74F, 0.8F, noise(uv.x() * 3, uv.y() * 9, 3, 6));
+  const float rugged = 1 - paleness;
+  return {rugged * rough + 0.3F * grain, rugged * (0.42F * rough + 0.3F * grain) - 0.7F * paleness * marks};
+}
+
+// `twig`: 1 for the twigs of trees with pale bark, which are brown.
+Rgb bark_albedo(const Rgb& bark, const Vector2f& uv, float footprint, float shade, float twig) {
+  const float fade = std::clamp(1.5F - 6 * footprint, 0.0F, 1.0F);
+  const float lichen = fade * smooth_step(0.5F, 0.9F, noise(uv.x() * 3, uv.y() * 1.1F, 3, 7));
+  const Rgb color = bark + 0.3F * lichen * (Rgb(0.20F, 0.22F, 0.15F) - bark);
+  const Rgb brown = color.cwiseMin(Rgb(0.15F, 0.10F, 0.075F));
+  return (color + twig * (brown - color)) * std::max(1 + shade, 0.2F);
+}
+
+// A spot of a triangle as a ray meets it.
+struct Spot {
+  std::size_t part;
+  const std::uint32_t* corners;  // (3)
+  Vector3f ab, ac;               // edges [m]
+  Vector3f point, normal, direction;
+  Vector2f uv;
+  float distance;
+  bool seen_from_behind;
+  float sun;  // share of its disc that the spot sees
+};
+
+// Where the ray meets the plane, kept inside: the spot is the middle of several samples.
+Spot find_spot(const PictureScene& scene, std::uint32_t triangle, const Vector3f& direction, float turn) {
+  const Drawn& drawn = scene.drawn;
+  Spot spot;
+  spot.part = drawn.part_of(triangle);
+  spot.direction = direction;
+  const std::uint32_t* corner = spot.corners = &drawn.triangles[3 * std::size_t{triangle}];
+  const Vector3f& a = drawn.positions[corner[0]];
+  spot.ab = drawn.positions[corner[1]] - a;
+  spot.ac = drawn.positions[corner[2]] - a;
+  const Vector3f plane = spot.ab.cross(spot.ac);
+
+  const Vector3f p = direction.cross(spot.ac);
+  const float determinant = spot.ab.dot(p);
+  float s = 1.0F / 3, t = 1.0F / 3;
+  if (std::abs(determinant) > 1e-20F) {
+    const Vector3f from = scene.eye.position - a;
+    s = std::clamp(from.dot(p) / determinant, 0.0F, 1.0F);
+    t = std::clamp(direction.dot(from.cross(spot.ab)) / determinant, 0.0F, 1.0F);
+    if (s + t > 1) {
+      const float sum = s + t;
+      s /= sum;
+      t /= sum;
+    }
+  }
+  spot.point = a + s * spot.ab + t * spot.ac;
+  const auto blend = [&](const auto& values) {
+    return ((1 - s - t) * values[corner[0]] + s * values[corner[1]] + t * values[corner[2]]).eval();
+  };
+  spot.normal = blend(drawn.normals);
+  const float length = spot.normal.norm();
+  spot.normal = length > 1e-6F ? Vector3f(spot.normal / length) : Vector3f(plane.normalized());
+  spot.uv = blend(drawn.surface.texture).cwiseMax(-1e6F).cwiseMin(1e6F);  // noise counts in int
+  spot.distance = (spot.point - scene.eye.position).norm();
+  spot.seen_from_behind = plane.dot(direction) > 0;
+  if (spot.seen_from_behind && drawn.surface.parts[spot.part].material.two_sided) spot.normal = -spot.normal;
+  const Vector3f sunny = spot.normal.dot(scene.light.to_sun) >= 0 ? spot.normal : Vector3f(-spot.normal);
+  spot.sun = scene.light.sun.visible_share(spot.point, sunny, turn);
+  return spot;
+}
+
+// What a dull surface of this colour sends to the eye.
+Rgb shade_dull(const PictureScene& scene, const Spot& spot, const Vector3f& normal, const Rgb& albedo) {
+  const Rgb sky = scene.light.ambient.irradiance(spot.point, normal);
+  return tone(
+      albedo.cwiseProduct(std::max(normal.dot(scene.light.to_sun), 0.0F) * spot.sun * sun_light + sky) / pi *
+      scene.light.exposure);
+}
+
+Rgb shade_bark(const PictureScene& scene, const Spot& spot) {
+  const Surface& surface = scene.drawn.surface;
+  const Rgb& color = scene.drawn.colors[spot.part];
+  const Vector2f uv_ab = surface.texture[spot.corners[1]] - surface.texture[spot.corners[0]];
+  const Vector2f uv_ac = surface.texture[spot.corners[2]] - surface.texture[spot.corners[0]];
+  const float per_metre = (uv_ab.norm() + uv_ac.norm()) / std::max(spot.ab.norm() + spot.ac.norm(), 1e-9F);
+  const float footprint = std::min(spot.distance * scene.eye.pixel * per_metre, 100.0F);
+  const float radius = 1 / (2 * pi * std::max(per_metre, 1e-6F));
+  const float stem = smooth_step(0.005F, 0.02F, radius);
+  const float white = smooth_step(0.25F, 0.5F, color.mean()) *
+                      smooth_step(0.5F, 0.7F, color.minCoeff() / std::max(color.maxCoeff(), 1e-6F));
+  const float paleness = white * stem;
+  const Bark bark = bark_at(spot.uv, footprint, paleness);
+  // The relief tilts the normal: directions of growing u and v from the triangle, heights a step farther.
+  Vector3f normal = spot.normal;
+  const float turn_uv = uv_ab.x() * uv_ac.y() - uv_ab.y() * uv_ac.x();
+  if (std::abs(turn_uv) > 1e-12F) {
+    constexpr float relief = 0.012F;  // [circumferences]
+    const float step = std::max(0.004F, 0.5F * footprint);
+    const Vector3f along_u = ((uv_ac.y() * spot.ab - uv_ab.y() * spot.ac) / turn_uv).normalized();
+    const Vector3f along_v = ((uv_ab.x() * spot.ac - uv_ac.x() * spot.ab) / turn_uv).normalized();
+    const float rise_u = bark_at(spot.uv + Vector2f(step, 0), footprint, paleness).height - bark.height;
+    const float rise_v = bark_at(spot.uv + Vector2f(0, step), footprint, paleness).height - bark.height;
+    const Vector3f tilted = normal - relief / step * (rise_u * along_u + rise_v * along_v);
+    if (tilted.norm() > 1e-3F) normal = tilted.normalized();
+  }
+  return shade_dull(scene, spot, normal,
+                    bark_albedo(color, spot.uv, footprint, bark.shade, white * (1 - stem)));
+}
+
+// Leaves: no two alike, paler below; light goes through them and turns yellower.
+Rgb shade_leaf(const PictureScene& scene, const Spot& spot) {
+  const Pieces& leaves = scene.drawn.surface.parts[spot.part].pieces;
+  const std::uint32_t leaf = leaves.size > 0 ? (spot.corners[0] - leaves.first_vertex) / leaves.size : 0;
+  const float bright = 0.78F + 0.44F * hash_to_unit(2 * leaf);
+  const float yellow = hash_to_unit(2 * leaf + 1) - 0.5F;
+  Rgb albedo = scene.drawn.colors[spot.part].cwiseProduct(
+                   Rgb(1 + 0.55F * yellow, 1 + 0.1F * yellow, 1 - 0.5F * yellow)) *
+               bright;
+  const float rib = std::max(0.0F, 1 - std::abs(spot.uv.x() - 0.5F) * 14);
+  albedo *= 1 + 0.35F * rib;
+  if (spot.seen_from_behind) albedo = 0.8F * albedo + Rgb::Constant(0.25F * albedo.mean());
+  const Rgb through = albedo.cwiseProduct(Rgb(1.25F, 1.2F, 0.35F)) * 0.75F;
+
+  const Vector3f& normal = spot.normal;
+  const AmbientLight& ambient = scene.light.ambient;
+  const float towards_sun = normal.dot(scene.light.to_sun);
+  const Rgb lit = albedo * std::max(towards_sun, 0.0F) + through * std::max(-towards_sun, 0.0F);
+  const Rgb sky = albedo.cwiseProduct(ambient.irradiance(spot.point, normal)) +
+                  0.5F * through.cwiseProduct(ambient.irradiance(spot.point, -normal));
+  const Vector3f half_way = (scene.light.to_sun - spot.direction).normalized();
+  const float gloss = towards_sun > 0 ? 0.055F * std::pow(std::max(normal.dot(half_way), 0.0F), 18.0F) : 0;
+  return tone(((lit.cwiseProduct(spot.sun * sun_light) + sky) / pi + gloss * spot.sun * sun_light) *
+              scene.light.exposure);
+}
+
+}  // namespace
+
+std::size_t Drawn::part_of(std::uint32_t triangle) const {
+  return static_cast<std::size_t>(std::upper_bound(part_ends.begin(), part_ends.end(), triangle) -
+                                  part_ends.begin());
+}
+
+Rgb shade_ground(const PictureScene& scene, const Vector3f& direction, float turn) {
+  const Rgb behind = backdrop(direction);
+  const Vector3f& eye = scene.eye.position;
+  if (!scene.ground.drawn || direction.z() > -1e-4F || eye.z() <= scene.ground.height) return behind;
+  const float distance = (scene.ground.height - eye.z()) / direction.z();
+  const Vector3f point = eye + distance * direction;
+  const float from_centre = (point.head<2>() - scene.ground.centre).norm() / scene.ground.radius;
+  const float presence = 1 / (1 + from_centre * from_centre * from_centre);
+  if (presence <= 0.004F) return behind;
+
+  // Short grass: patches and a grain at several scales, each faded out before it is finer than a pixel.
+  const Vector2f place = point.head<2>() / scene.ground.radius;
+  const float footprint = distance * scene.eye.pixel / scene.ground.radius / std::max(-direction.z(), 0.02F);
+  const auto layer = [&](float frequency, std::uint32_t seed) {
+    const float fade = std::clamp(1.5F - frequency * footprint, 0.0F, 1.0F);
+    return fade * (noise(place.x() * frequency, place.y() * frequency, 0, seed) - 0.5F);
+  };
+  const float patches = layer(13, 11) + 0.6F * layer(41, 12);
+  const float grain = layer(160, 13) + layer(460, 14) + 0.8F * layer(1300, 15);
+  const Rgb albedo = ground_color.cwiseProduct(Rgb(1 + 0.3F * patches, 1 + 0.1F * patches, 1)) *
+                     (1 + 0.2F * patches + 0.22F * grain);
+
+  const float sun = scene.light.sun.visible_share(point, Vector3f::UnitZ(), turn) * scene.light.to_sun.z();
+  float open = scene.light.on_ground.sky_share(point.x(), point.y());
+  // The fog is too coarse for the foot of a stem. A tall cylinder hides this share of the sky in all
+  // directions.
+  for (const Stem& stem : scene.ground.stems) {
+    const float away = std::max((point.head<2>() - stem.centre).norm(), stem.radius);
+    open *= 1 - std::asin(stem.radius / std::max(away, 1e-6F)) / pi;
+  }
+  const Rgb sky = (0.4F * sky_zenith + 0.6F * sky_horizon) * pi * open;
+  const Rgb light = albedo.cwiseProduct(sun * sun_light + sky) / pi * (0.75F * scene.light.exposure);
+  return behind + presence * (tone(light) - behind);
+}
+
+Rgb shade_triangle(const PictureScene& scene, std::uint32_t triangle, const Vector3f& direction, float turn) {
+  const Spot spot = find_spot(scene, triangle, direction, turn);
+  const std::string& name = scene.drawn.surface.parts[spot.part].material.name;
+  if (name == "bark") return shade_bark(scene, spot);
+  if (name == "leaf") return shade_leaf(scene, spot);
+  return shade_dull(scene, spot, spot.normal, scene.drawn.colors[spot.part]);
+}
+
+}  // namespace tremula

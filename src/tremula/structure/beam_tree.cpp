@@ -1,0 +1,223 @@
+#include "tremula/structure/beam_tree.hpp"
+
+#include "tremula/base/check.hpp"
+#include "tremula/base/error.hpp"
+#include "tremula/geometry/skeleton_checks.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+namespace tremula {
+namespace {
+
+// The square root of a branch's compliance: C = S S^T, S lower triangular in (deflection, slope).
+struct ComplianceRoot {
+  double axial, torsion, deflection, slope_deflection, slope;
+
+  explicit ComplianceRoot(const Compliance& c)
+      : axial(std::sqrt(c.axial)),
+        torsion(std::sqrt(c.torsion)),
+        deflection(std::sqrt(c.deflection)),
+        slope_deflection(c.deflection_slope / deflection),
+        slope(std::sqrt(c.slope_held)) {}
+};
+
+// u = B^-1 e in place: from the roots to the tips, each branch is carried by its parent.
+void carry_to_tips(const BeamTree& tree, Eigen::VectorXd& u) {
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 rotation = u.segment<3>(6 * parent + 3);
+    u.segment<3>(6 * k) += u.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
+    u.segment<3>(6 * k + 3) += rotation;
+  }
+}
+
+// B^-T f in place: from the tips to the roots, each branch hands its wrench to its parent.
+void gather_to_roots(const BeamTree& tree, Eigen::VectorXd& f) {
+  for (int k = tree.branch_count() - 1; k >= 0; --k) {
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 force = f.segment<3>(6 * k);
+    f.segment<3>(6 * parent) += force;
+    f.segment<3>(6 * parent + 3) += f.segment<3>(6 * k + 3) + tree.reach[index_of(k)].cross(force);
+  }
+}
+
+template <class PerBranch>
+void for_each_branch_in_place(const BeamTree& tree, Eigen::VectorXd& vector, PerBranch&& map) {
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const Vec3& direction = tree.members[index_of(k)].direction;
+    const Split out =
+        map(index_of(k), Split(vector.segment<3>(6 * k), vector.segment<3>(6 * k + 3), direction));
+    vector.segment<3>(6 * k) = out.translation(direction);
+    vector.segment<3>(6 * k + 3) = out.rotation(direction);
+  }
+}
+
+// A size or stiffness that no plant has makes numbers whose squares a double does not hold.
+void check_range(const BeamTree& tree, int k) {
+  const Compliance& c = tree.compliances[index_of(k)];
+  const ElementMass& mass = tree.masses[index_of(k)];
+  const auto check = [k](const char* what, double value) {
+    if (value >= 1e-120 && value <= 1e120) return;
+    char found[80];
+    std::snprintf(found, sizeof found, "a %s of %g", what, value);
+    throw InputError("branch " + std::to_string(k), found,
+                     "lengths, radii, stiffness and density that a plant can have");
+  };
+  for (const double compliance : {c.axial, c.torsion, c.deflection, c.slope, c.slope_held})
+    check("compliance", compliance);
+  for (const double inertia :
+       {mass.axial.trace(), mass.torsion.trace(), mass.bending(2, 2), mass.bending(3, 3)})
+    check("mass", inertia);
+}
+
+}  // namespace
+
+void check_root(const RootSpring& spring) {
+  const auto check = [](const char* what, double stiffness, const char* unit) {
+    if (!(stiffness >= 1e-100)) {
+      throw InputError(what, std::to_string(stiffness) + unit, "a number above 0, or infinity");
+    }
+  };
+  check("translational stiffness of the root", spring.translation, " N/m");
+  check("rotational stiffness of the root", spring.rotation, " N m/rad");
+}
+
+BeamTree assemble_tree(const Skeleton& skeleton, const StructureOptions& options) {
+  check_skeleton(skeleton, "skeleton", {.leaves_without_size = true});
+  check_material(options.material);
+  check_root(options.root);
+  if (!(options.added_mass_density >= 0 && options.added_mass_density <= 1e30)) {
+    throw InputError("added mass density", std::to_string(options.added_mass_density), "0 kg/m^3 or more");
+  }
+  BeamTree tree;
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& branch = skeleton.branches[index_of(k)];
+    const Vec3& carrier = skeleton.node_position(branch.start_node);
+    tree.parent.push_back(skeleton.parent(k));
+    tree.reach.push_back(branch.end - carrier);
+    const int parent = tree.parent.back();
+    Member member{.start_row = parent < 0 ? -1 : Eigen::Index{6} * parent,
+                  .end_row = Eigen::Index{6} * k,
+                  .start = branch.start,
+                  .direction = (branch.end - branch.start).normalized(),
+                  .start_arm = branch.start - carrier,
+                  .beam = make_beam(branch, options.material, options.section)};
+    if (parent < 0) member.beam.base = {1 / options.root.translation, 1 / options.root.rotation};
+    tree.compliances.push_back(compliance(member.beam));
+    tree.masses.push_back(consistent_mass(member.beam, options.rotatory_inertia));
+    add_fluid_mass(member.beam, options.added_mass_density, tree.masses.back());
+    tree.members.push_back(std::move(member));
+  }
+  for (const Leaf& leaf : skeleton.leaves) {
+    const std::size_t k = index_of(leaf.branch);
+    add_point_mass(tree.members[k].beam, leaf.position, leaf.mass, tree.masses[k]);
+  }
+  for (int k = 0; k < tree.branch_count(); ++k) check_range(tree, k);
+  return tree;
+}
+
+Eigen::VectorXd apply_mass(const BeamTree& tree, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the displacement", displacement.size(), tree.size());
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(displacement.size());
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const Vec3& direction = tree.members[index_of(k)].direction;
+    const ElementMass& mass = tree.masses[index_of(k)];
+    const EndDisplacements ends = end_displacements(tree.members[index_of(k)], displacement);
+    const Split start(ends.start_translation, ends.start_rotation, direction);
+    const Split end(ends.end_translation, ends.end_rotation, direction);
+    const auto row = [&](int start_row, int a) {  // of the start (0) or the end (1)
+      const int b = start_row;
+      return Split(mass.axial(a, 0) * start.along + mass.axial(a, 1) * end.along,
+                   mass.torsion(a, 0) * start.twist + mass.torsion(a, 1) * end.twist,
+                   mass.bending(b, 0) * start.across + mass.bending(b, 1) * start.bend +
+                       mass.bending(b, 2) * end.across + mass.bending(b, 3) * end.bend,
+                   mass.bending(b + 1, 0) * start.across + mass.bending(b + 1, 1) * start.bend +
+                       mass.bending(b + 1, 2) * end.across + mass.bending(b + 1, 3) * end.bend);
+    };
+    const Split at_end = row(2, 1);
+    force.segment<3>(6 * k) += at_end.translation(direction);
+    force.segment<3>(6 * k + 3) += at_end.rotation(direction);
+    const int parent = tree.parent[index_of(k)];
+    if (parent >= 0) {
+      const Split at_start = row(0, 0);
+      const Vec3 start_force = at_start.translation(direction);
+      force.segment<3>(6 * parent) += start_force;
+      force.segment<3>(6 * parent + 3) +=
+          at_start.rotation(direction) + tree.members[index_of(k)].start_arm.cross(start_force);
+    }
+  }
+  return force;
+}
+
+Eigen::VectorXd apply_stiffness(const BeamTree& tree, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the displacement", displacement.size(), tree.size());
+  Eigen::VectorXd wrench = displacement;
+  for (int k = tree.branch_count() - 1; k >= 0; --k) {  // e = B u
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
+    wrench.segment<3>(6 * k) -= displacement.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
+    wrench.segment<3>(6 * k + 3) -= rotation;
+  }
+  for_each_branch_in_place(tree, wrench, [&](std::size_t k, const Split& e) {
+    const Compliance& c = tree.compliances[k];
+    const double determinant = c.deflection * c.slope_held;
+    return Split(e.along / c.axial, e.twist / c.torsion,
+                 (c.slope * e.across - c.deflection_slope * e.bend) / determinant,
+                 (c.deflection * e.bend - c.deflection_slope * e.across) / determinant);
+  });
+  Eigen::VectorXd force = wrench;
+  for (int k = 0; k < tree.branch_count(); ++k) {  // B^T
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 end_force = wrench.segment<3>(6 * k);
+    force.segment<3>(6 * parent) -= end_force;
+    force.segment<3>(6 * parent + 3) -=
+        wrench.segment<3>(6 * k + 3) + tree.reach[index_of(k)].cross(end_force);
+  }
+  return force;
+}
+
+Eigen::VectorXd solve_static(const BeamTree& tree, const Eigen::VectorXd& force) {
+  check_equal("rows of the force", force.size(), tree.size());
+  Eigen::VectorXd vector = force;
+  gather_to_roots(tree, vector);
+  for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& wrench) {
+    const Compliance& c = tree.compliances[k];
+    return Split(c.axial * wrench.along, c.torsion * wrench.twist,
+                 c.deflection * wrench.across + c.deflection_slope * wrench.bend,
+                 c.deflection_slope * wrench.across + c.slope * wrench.bend);
+  });
+  carry_to_tips(tree, vector);
+  return vector;
+}
+
+Eigen::VectorXd displacement_from_compliance_form(const BeamTree& tree, const Eigen::VectorXd& s) {
+  check_equal("rows of the vector", s.size(), tree.size());
+  Eigen::VectorXd vector = s;
+  for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& in) {
+    const ComplianceRoot root(tree.compliances[k]);
+    return Split(root.axial * in.along, root.torsion * in.twist, root.deflection * in.across,
+                 root.slope_deflection * in.across + root.slope * in.bend);
+  });
+  carry_to_tips(tree, vector);
+  return vector;
+}
+
+Eigen::VectorXd apply_compliance_form(const BeamTree& tree, const Eigen::VectorXd& s) {
+  Eigen::VectorXd vector = apply_mass(tree, displacement_from_compliance_form(tree, s));
+  gather_to_roots(tree, vector);
+  for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& wrench) {  // S^T
+    const ComplianceRoot root(tree.compliances[k]);
+    return Split(root.axial * wrench.along, root.torsion * wrench.twist,
+                 root.deflection * wrench.across + root.slope_deflection * wrench.bend,
+                 root.slope * wrench.bend);
+  });
+  return vector;
+}
+
+}  // namespace tremula

@@ -1,0 +1,79 @@
+// A plant as beams hung on each other, clamped at the roots or held there by springs.
+//
+// A clamped tree is statically determinate, so the stiffness matrix K is never built. With e the displacement
+// of each branch's end relative to its rigidly carried start, u = B^-1 e is a sweep from the roots to the
+// tips, wrenches add up by B^-T from the tips to the roots, and each branch answers with the compliance C of
+// its tip:
+//
+//   K^-1 = B^-1 C B^-T,     M = sum over branches of their consistent masses.
+//
+// Displacement and force vectors have 6 rows per branch: those of the node at its end (x y z, rotation or
+// moment x y z; world axes). Roots have none.
+#pragma once
+
+#include "tremula/geometry/skeleton.hpp"
+#include "tremula/structure/material.hpp"
+#include "tremula/structure/member.hpp"
+
+#include <limits>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace tremula {
+
+// How the ground holds a stem: an isotropic spring without mass at the start of every branch that stands on a
+// root, one for each of them. Infinite: clamped.
+struct RootSpring {
+  double translation = std::numeric_limits<double>::infinity();  // [N/m]
+  double rotation = std::numeric_limits<double>::infinity();     // [N m/rad]
+};
+
+struct StructureOptions {
+  Material material = find_material("green-wood");
+  Section section = Section::exact;
+  bool rotatory_inertia = true;  // of the sections about their diameters; that about the axis always counts
+  RootSpring root = {};
+  // Of a fluid that moves with the branches across their axes [kg/m^3]: a cylinder of fluid as large as the
+  // branch (added mass, coefficient 1). Matters in water; 0 in air.
+  double added_mass_density = 0;
+};
+
+// One entry per branch in every array, parents before children. A branch on a spring is condensed into one
+// with it (Beam::base): the spring's far side, the ground, is what carries the branch and stands still, so
+// nothing that works with `compliances`, `masses` or Shape need know of the spring.
+struct BeamTree {
+  std::vector<int> parent;  // branch that carries the start, -1 a root
+  std::vector<Member> members;
+  std::vector<Vec3> reach;  // from the node that carries the start to the end of the branch [m]
+  std::vector<Compliance> compliances;
+  std::vector<ElementMass> masses;  // of wood and of the leaves the branch carries
+
+  int branch_count() const { return static_cast<int>(parent.size()); }
+  Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(parent.size()); }
+};
+
+// Throws InputError unless both stiffnesses are above 0 (1e-100 is the least) or infinite.
+void check_root(const RootSpring& spring);
+
+// Throws InputError for a material or a root that is not one (check_material, check_root) or an added mass
+// below 0, and for a skeleton that check_skeleton does not pass (leaves may be masses without a size).
+// Functions below throw it for vectors of another size.
+BeamTree assemble_tree(const Skeleton& skeleton, const StructureOptions& options);
+
+// M u.  (6N) -> (6N)
+Eigen::VectorXd apply_mass(const BeamTree& tree, const Eigen::VectorXd& displacement);
+
+// K u = B^T C^-1 B u. For checks: it loses the digits that solve_static keeps.
+Eigen::VectorXd apply_stiffness(const BeamTree& tree, const Eigen::VectorXd& displacement);
+
+// K^-1 f = B^-1 C B^-T f: the static deflection, exact. (6N) [N, N m] -> (6N) [m, rad]
+Eigen::VectorXd solve_static(const BeamTree& tree, const Eigen::VectorXd& force);
+
+// The symmetric operator of the compliance form, S^T B^-T M B^-1 S with C = S S^T. Its eigenvalues are
+// omega^-2; an eigenvector s gives the mode B^-1 S s (S section 3 in a form that keeps all digits of the low
+// modes).
+Eigen::VectorXd apply_compliance_form(const BeamTree& tree, const Eigen::VectorXd& s);
+Eigen::VectorXd displacement_from_compliance_form(const BeamTree& tree, const Eigen::VectorXd& s);
+
+}  // namespace tremula

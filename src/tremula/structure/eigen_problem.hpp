@@ -1,0 +1,34 @@
+// What the eigensolver needs to know of a structure, whatever its kind.
+#pragma once
+
+#include "tremula/numerics/lanczos.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace tremula {
+
+// K q = omega^2 M q as a standard symmetric problem A s = omega^-2 s, and what goes with it.
+struct EigenProblem {
+  Eigen::Index size = 0;                // of s, at least the degrees of freedom
+  Eigen::Index degrees_of_freedom = 0;  // as many eigenvalues are of interest; the others, if any, are 0
+  SymmetricOperator apply = {};
+  std::function<Eigen::VectorXd(Eigen::Ref<const Eigen::VectorXd> s)> displacement = {};  // q / omega of s
+  std::function<int(double omega)> count_below = {};  // eigenvalues omega_r^2 below omega^2, by pivots
+};
+
+// The problems that a structure falls into: parts that share nothing but the ground move by themselves.
+struct EigenParts {
+  std::vector<std::vector<int>> rows;  // of the structure, of each part; ascending
+  // Of one part, its rows in that order. plain: as many numbers in s as degrees of freedom, for the dense
+  // solver; else whatever order is fast.
+  std::function<EigenProblem(std::size_t part, bool plain)> problem = {};
+  // How many modes each part has below omega [rad/s] >= 0, by pivots.
+  std::function<std::vector<int>(double omega)> count_below = {};
+  std::string rows_explained = {};  // for messages: where the number of rows comes from
+};
+
+}  // namespace tremula

@@ -1,0 +1,143 @@
+// A frame as a structure: K = P^T L L^T P by sparse Cholesky.
+#include "tremula/structure/element_blocks.hpp"
+#include "tremula/structure/structure.hpp"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numeric>
+#include <vector>
+
+#include <Eigen/SparseCholesky>
+
+#include "tremula/base/check.hpp"
+#include "tremula/base/error.hpp"
+
+namespace tremula {
+namespace {
+
+using Matrix = Eigen::SparseMatrix<double>;
+
+struct Pivots {
+  int negative;
+  double growth;  // of the largest sum |l_ij^2 d_j| over a row, beside the diagonal of K
+};
+
+// Without exchange of rows the factors of an indefinite matrix can grow without bound and take the digits of
+// the matrix with them: growth tells.
+Pivots count_pivots(Eigen::SimplicialLDLT<Matrix>& factors, const FrameMatrices& matrices, double omega) {
+  factors.factorize(matrices.stiffness - omega * omega * matrices.mass);
+  if (factors.info() != Eigen::Success) return {0, std::numeric_limits<double>::infinity()};
+  const Eigen::VectorXd pivots = factors.vectorD();
+  Eigen::VectorXd sum = pivots.cwiseAbs();
+  const auto& lower = factors.matrixL().nestedExpression();
+  for (Eigen::Index column = 0; column < lower.outerSize(); ++column) {
+    for (Matrix::InnerIterator entry(lower, column); entry; ++entry) {
+      if (entry.row() > column) sum[entry.row()] += entry.value() * entry.value() * std::abs(pivots[column]);
+    }
+  }
+  const Eigen::VectorXd scale = factors.permutationP() * Eigen::VectorXd(matrices.stiffness.diagonal());
+  return {static_cast<int>((pivots.array() < 0).count()), (sum.array() / scale.array()).maxCoeff()};
+}
+
+int count_below(Eigen::SimplicialLDLT<Matrix>& factors, const FrameMatrices& matrices, double omega) {
+  Pivots best{0, std::numeric_limits<double>::infinity()};
+  for (int nudge = 0; nudge < 5; ++nudge) {
+    const Pivots pivots = count_pivots(factors, matrices, omega * (1 + 1e-9 * nudge));
+    if (pivots.growth < best.growth) best = pivots;
+    if (best.growth < 1e3) return best.negative;
+  }
+  if (!std::isfinite(best.growth)) throw Error("modes: the modes below a frequency could not be counted");
+  return best.negative;
+}
+
+using SixByThree = Eigen::Matrix<double, 6, 3>;
+using Cholesky = Eigen::SimplicialLLT<Matrix>;
+using Matrices = std::shared_ptr<const FrameMatrices>;
+
+// q = P^T L^-T s. count_below counts the negative pivots of the LDL^T of K - omega^2 M; it takes no pivots
+// out of turn, so where one comes out too small for the rest to be trusted, omega is moved up by a few parts
+// in 1e9.
+EigenProblem frame_problem(const Matrices& matrices, const std::shared_ptr<const Cholesky>& cholesky) {
+  const auto indefinite = std::make_shared<Eigen::SimplicialLDLT<Matrix>>();
+  indefinite->analyzePattern(matrices->stiffness + matrices->mass);
+  const auto displacement = [cholesky](Eigen::Ref<const Eigen::VectorXd> s) -> Eigen::VectorXd {
+    return cholesky->permutationPinv() * Eigen::VectorXd(cholesky->matrixU().solve(s));
+  };
+  return {.size = matrices->size(),
+          .degrees_of_freedom = matrices->size(),
+          .apply =
+              [cholesky, displacement, matrices](Eigen::Ref<const Eigen::VectorXd> in,
+                                                 Eigen::Ref<Eigen::VectorXd> out) {
+                const Eigen::VectorXd inertia = matrices->mass * displacement(in);
+                out = cholesky->matrixL().solve(Eigen::VectorXd(cholesky->permutationP() * inertia));
+                return in.dot(out);
+              },
+          .displacement = displacement,
+          .count_below = [indefinite,
+                          matrices](double omega) { return count_below(*indefinite, *matrices, omega); }};
+}
+
+// As that of a tree; the point masses of the frame count too.
+GroundInertia ground_inertia(const FrameMatrices& matrices, const Frame& frame, const FrameOptions& options) {
+  GroundInertia result{Eigen::MatrixX3d::Zero(matrices.size(), 3)};
+  SixByThree translation;
+  translation << Mat3::Identity(), Mat3::Zero();
+  const auto add = [&](Eigen::Index row, const SixByThree& forces) {
+    result.total_mass += forces(0, 0);
+    if (row >= 0) result.forces.middleRows<6>(row) += forces;
+  };
+  for (const Member& member : matrices.members) {
+    const ElementBlocks mass =
+        mass_blocks(consistent_mass(member.beam, options.rotatory_inertia), member.direction);
+    add(member.start_row, (mass.start + mass.cross) * translation);
+    add(member.end_row, (mass.cross.transpose() + mass.end) * translation);
+  }
+  for (const FramePointMass& point : frame.masses)
+    add(matrices.row[static_cast<std::size_t>(point.node)], point.mass * translation);
+  return result;
+}
+
+std::vector<int> all_rows(Eigen::Index count) {
+  std::vector<int> rows(static_cast<std::size_t>(count));
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
+
+}  // namespace
+
+Structure assemble(const Frame& frame, const FrameOptions& options) {
+  const Matrices matrices = std::make_shared<const FrameMatrices>(assemble_frame(frame, options));
+  const auto cholesky = std::make_shared<const Cholesky>(matrices->stiffness);
+  if (cholesky->info() != Eigen::Success)
+    throw Error("frame: its stiffness is not positive definite to working precision");
+
+  Structure structure;
+  for (std::size_t i = 0; i < frame.nodes.size(); ++i)
+    structure.nodes.push_back({frame.nodes[i], matrices->row[i], -1});
+  structure.members = matrices->members;
+  structure.mass = [matrices](const Eigen::VectorXd& displacement) -> Eigen::VectorXd {
+    check_equal("rows of the displacement", displacement.size(), matrices->size());
+    return matrices->mass * displacement;
+  };
+  structure.flexibility = [matrices, cholesky](const Eigen::VectorXd& force) -> Eigen::VectorXd {
+    check_equal("rows of the force", force.size(), matrices->size());
+    return cholesky->solve(force);
+  };
+  structure.eigen = {
+      .rows = {all_rows(matrices->size())},
+      .problem = [matrices, cholesky](std::size_t, bool) { return frame_problem(matrices, cholesky); },
+      .count_below =
+          [matrices, cholesky](double omega) {
+            return std::vector<int>{frame_problem(matrices, cholesky).count_below(omega)};
+          },
+      .rows_explained = "six for each free node"};
+  structure.find_sites = [matrices] { return find_sites(matrices->members, matrices, {}, matrices->size()); };
+  structure.find_ground_inertia = [matrices, frame, options] {
+    return ground_inertia(*matrices, frame, options);
+  };
+  structure.row_count = matrices->size();
+  return structure;
+}
+
+}  // namespace tremula

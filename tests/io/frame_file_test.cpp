@@ -1,0 +1,125 @@
+#include "tremula/io/frame_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "complaint.hpp"
+#include "support.hpp"
+#include "tremula/modes/solve_modes.hpp"
+#include "tremula/structure/structure.hpp"
+
+namespace tremula {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string arch = R"(name = "arch"
+material = "oak"
+pieces = 3
+clamped = ["left", "right"]
+[points]
+left = [0, 0, 0]
+right = [2, 0, 0]
+top = [1, 0, 1.5]
+[[beams]]
+through = ["left", "top", "right"]
+radius = [0.04, 0.02]
+[[beams]]
+through = ["left", "right"]
+radius = 0.01
+material = "birch"
+pieces = 1
+[[masses]]
+at = "top"
+mass = 2
+)";
+
+std::string complaint_about(const std::string& text) {
+  return test::complaint_of([&] { parse_frame(text, "frame.toml"); });
+}
+
+// The arch with one piece of its text changed.
+std::string changed(const std::string& from, const std::string& to) {
+  std::string text = arch;
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(FrameFile, IsBeamsInPiecesBetweenPoints) {
+  const FrameFile file = parse_frame(arch, "frame.toml");
+  EXPECT_EQ(file.name, "arch");
+  const Frame& frame = file.frame;
+  ASSERT_EQ(frame.elements.size(), 7U);
+  EXPECT_EQ(frame.nodes.size(), 3U + 4U);
+  double length = 0;
+  for (const FrameElement& element : frame.elements) {
+    length += (frame.nodes[static_cast<std::size_t>(element.end_node)] -
+               frame.nodes[static_cast<std::size_t>(element.start_node)])
+                  .norm();
+  }
+  EXPECT_NEAR(length, 2 * std::hypot(1, 1.5) + 2, 1e-12);
+  EXPECT_EQ(frame.elements.front().start_radius, 0.04);
+  EXPECT_NEAR(frame.elements[3].start_radius, 0.03, 1e-15) << "half way, at the top";
+  EXPECT_NEAR(frame.elements[5].end_radius, 0.02, 1e-15);
+  EXPECT_EQ(frame.elements[5].material.name, "oak");
+  EXPECT_EQ(frame.elements[6].material.name, "birch");
+  EXPECT_EQ(frame.clamped.size(), 2U);
+  ASSERT_EQ(frame.masses.size(), 1U);
+  EXPECT_EQ(frame.nodes[static_cast<std::size_t>(frame.masses[0].node)], Vec3(1, 0, 1.5));
+}
+
+TEST(FrameFile, OfACantileverHasTheFrequencyOfTheClosedForm) {
+  const FrameFile file = parse_frame(
+      "clamped = ['foot']\nmaterial = 'oak'\npieces = 12\n[points]\nfoot = [0, 0, 0]\ntip = [0, 0, 3]\n"
+      "[[beams]]\nthrough = ['foot', 'tip']\nradius = 0.02\n",
+      "rod.toml");
+  const Material oak = find_material("oak");
+  const double first = 1.8751040687, EI_over_m = oak.youngs_modulus * 0.02 * 0.02 / (4 * oak.density);
+  const double wanted = first * first * std::sqrt(EI_over_m) / (9 * 2 * M_PI);
+  const Modes modes = solve_modes(assemble(file.frame), {.count = 2});
+  EXPECT_NEAR(modes.frequency[0] / wanted, 1, 1e-4);
+}
+
+TEST(FrameFile, NamesLineAndColumnOfWhatIsWrong) {
+  EXPECT_THAT(complaint_about(changed("\"left\", \"top\", \"right\"", "\"left\", \"topp\"")),
+              HasSubstr("frame.toml:10:20: through: no point 'topp'; did you mean top?"));
+  EXPECT_THAT(complaint_about(changed("radius = 0.01", "radius = -0.01")),
+              HasSubstr("frame.toml:14:10: radius: -0.01, wanted"));
+  EXPECT_THAT(complaint_about(changed("radius = 0.01", "radius = 'thick'")), HasSubstr("'thick'"));
+  EXPECT_THAT(complaint_about(changed("radius = 0.01", "radius = nan")), HasSubstr("radius"));
+  EXPECT_THAT(complaint_about(changed("radius = 0.01", "radius = [1, 2, 3]")), HasSubstr("3 numbers"));
+  EXPECT_THAT(complaint_about(changed("radius = 0.01", "raduis = 0.01")),
+              HasSubstr("a beam has no 'raduis'; did you mean radius?"));
+  EXPECT_THAT(complaint_about(changed("radius = 0.01\n", "")), HasSubstr("beam: no radius"));
+  EXPECT_THAT(complaint_about(changed("right = [2, 0, 0]", "right = [2, 0]")), HasSubstr("2 numbers"));
+  EXPECT_THAT(complaint_about(changed("right = [2, 0, 0]", "right = [2, 0, inf]")), HasSubstr("inf"));
+  EXPECT_THAT(complaint_about(changed("\"birch\"", "\"brick\"")), HasSubstr("frame.toml:15:12: "));
+  EXPECT_THAT(complaint_about(changed("pieces = 1", "pieces = 0")), HasSubstr("pieces: 0, wanted"));
+  EXPECT_THAT(complaint_about(changed("pieces = 1", "pieces = 1.5")), HasSubstr("pieces: 1.5, wanted"));
+  EXPECT_THAT(complaint_about(changed("mass = 2", "mass = -2")), HasSubstr("mass: -2, wanted"));
+  EXPECT_THAT(complaint_about(changed("through = [\"left\", \"right\"]", "through = [\"left\"]")),
+              HasSubstr("1 points, wanted two or more"));
+  EXPECT_THAT(complaint_about(changed("[points]", "[points")), HasSubstr("frame.toml:5:"));
+}
+
+TEST(FrameFile, RefusesWhatWouldFloatAwayOrHasNoLength) {
+  EXPECT_THAT(complaint_about(changed("clamped = [\"left\", \"right\"]", "clamped = []")),
+              HasSubstr("no node is clamped"));
+  EXPECT_THAT(complaint_about(changed("top = [1, 0, 1.5]", "top = [1, 0, 1.5]\nlost = [5, 5, 5]")),
+              HasSubstr("nothing connects it"));
+  EXPECT_THAT(complaint_about(changed("top = [1, 0, 1.5]", "top = [2, 0, 0]")),
+              HasSubstr("two points at one place"));
+}
+
+TEST(FrameFile, OfTheExamplesHaveModes) {
+  const FrameFile file = read_frame((test::source_folder() / "examples/frames/pergola.toml").string());
+  EXPECT_EQ(file.name, "pergola");
+  EXPECT_GT(solve_modes(assemble(file.frame), {.count = 1}).frequency[0], 1);
+}
+
+}  // namespace
+}  // namespace tremula
