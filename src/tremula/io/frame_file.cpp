@@ -80,14 +80,14 @@ std::string text(const Reader& reader, const toml::node& node, const std::string
   return node.as_string()->get();
 }
 
-const toml::array& list(const Reader& reader, const toml::node& node, const std::string& what,
-                        const std::string& wanted) {
+// Of these two only the reader and the node are references: GCC 14 takes what returns one for a part of any
+// temporary that it was given.
+const toml::array& list(const Reader& reader, const toml::node& node, const char* what, const char* wanted) {
   if (!node.is_array()) reader.fail(node, what, kind_of(node), wanted);
   return *node.as_array();
 }
 
-const toml::node& needed(const Reader& reader, const toml::table& table, const char* key,
-                         const std::string& what) {
+const toml::node& needed(const Reader& reader, const toml::table& table, const char* key, const char* what) {
   const toml::node* node = table.get(key);
   if (node == nullptr) reader.fail(table, what, std::string("no ") + key, "one");
   return *node;
@@ -124,7 +124,7 @@ void read_points(Reader& reader, const toml::table& file) {
   if (!node.is_table()) reader.fail(node, "points", kind_of(node), "a table of names and positions [m]");
   for (const auto& [key, value] : *node.as_table()) {
     const std::string what = "point '" + std::string(key.str()) + "'";
-    const toml::array& position = list(reader, value, what, "three numbers [m]");
+    const toml::array& position = list(reader, value, what.c_str(), "three numbers [m]");
     if (position.size() != 3)
       reader.fail(value, what, std::to_string(position.size()) + " numbers", "three [m]");
     Vec3 point;
