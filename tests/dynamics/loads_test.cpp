@@ -13,8 +13,8 @@ namespace {
 
 const Material wood{"wood", 9e9, 7e8, 950, ""};
 
-// Uniform wind over one branch, at an angle to it; a stub without wind carries it, so that both ends are
-// free.
+// Uniform wind over one branch, at an angle to it; a short branch without wind carries it, so that both ends
+// are free.
 struct OneBranch {
   Skeleton skeleton;
   Structure structure;

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 #include "assembled.hpp"
+#include "structure/random_vector.hpp"
 #include "trees.hpp"
 
 namespace tremula {
@@ -17,14 +18,6 @@ namespace {
 using std::numbers::pi;
 
 const Material wood{"wood", 9e9, 7e8, 950, ""};
-
-Eigen::VectorXd random_vector(Eigen::Index size, std::uint64_t seed) {
-  Eigen::VectorXd vector(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    vector[i] = complex_gaussian({seed, RandomStream::test, 1, static_cast<std::uint64_t>(i)}).real();
-  }
-  return vector;
-}
 
 TEST(SolveStatic, GivesTheClosedFormsOfACantilever) {
   const double L = 2, r = 0.03, EI = wood.youngs_modulus * pi * std::pow(r, 4) / 4;
@@ -60,7 +53,7 @@ TEST(SolveStatic, OnASpringAddsWhatTheFootGivesWay) {
 
 TEST(FootDisplacement, IsZeroOnARigidRoot) {
   const BeamTree tree = assemble_tree(test::awkward_tree(), {.material = wood});
-  const Eigen::VectorXd u = random_vector(tree.size(), 3);
+  const Eigen::VectorXd u = test::random_vector(tree.size(), 3);
   EXPECT_EQ(foot_displacement(tree.members[0], u), Vec6(Vec6::Zero()));
 }
 
@@ -68,7 +61,7 @@ TEST(FootDisplacement, OfTwoStemsIsWhatTheirSpringsBearTogether) {
   const RootSpring spring{.translation = 2e5, .rotation = 5e3};
   const Skeleton skeleton = test::awkward_tree();
   const BeamTree tree = assemble_tree(skeleton, {.material = wood, .root = spring});
-  const Eigen::VectorXd force = random_vector(tree.size(), 6);
+  const Eigen::VectorXd force = test::random_vector(tree.size(), 6);
   const Eigen::VectorXd u = solve_static(tree, force);
   Vec3 load = Vec3::Zero(), moment = Vec3::Zero(), borne = Vec3::Zero(), borne_moment = Vec3::Zero();
   int stems = 0;
@@ -107,7 +100,7 @@ TEST(BeamTree, OperatorsAgreeWithAssembledMatrices) {
         StructureOptions{.material = wood, .root = {.translation = 1e5, .rotation = 2e3}}}) {
     const BeamTree tree = assemble_tree(skeleton, options);
     const test::Assembled dense = test::assemble_dense(skeleton, tree);
-    const Eigen::VectorXd u = random_vector(tree.size(), 9);
+    const Eigen::VectorXd u = test::random_vector(tree.size(), 9);
     const Eigen::VectorXd inertia = dense.mass * u, elastic = dense.stiffness * u;
     EXPECT_LT((apply_mass(tree, u) - inertia).norm(), 1e-13 * inertia.norm());
     EXPECT_LT((apply_stiffness(tree, u) - elastic).norm(), 1e-12 * elastic.norm());
@@ -119,7 +112,7 @@ TEST(BeamTree, OperatorsAgreeWithAssembledMatrices) {
 TEST(AssembleSparse, GivesTheMatricesOfTheOperators) {
   const BeamTree tree = assemble_tree(test::awkward_tree(), {.material = wood});
   const SparseMatrices matrices = assemble_sparse(tree);
-  const Eigen::VectorXd u = random_vector(tree.size(), 17);
+  const Eigen::VectorXd u = test::random_vector(tree.size(), 17);
   const Eigen::VectorXd inertia = apply_mass(tree, u), elastic = apply_stiffness(tree, u);
   EXPECT_LT((matrices.mass * u - inertia).norm(), 1e-13 * inertia.norm());
   EXPECT_LT((matrices.stiffness * u - elastic).norm(), 1e-12 * elastic.norm());
@@ -127,13 +120,13 @@ TEST(AssembleSparse, GivesTheMatricesOfTheOperators) {
 
 TEST(BeamTree, StiffnessUndoesTheStaticSolve) {
   const BeamTree tree = assemble_tree(test::awkward_tree(), {.material = wood});
-  const Eigen::VectorXd force = random_vector(tree.size(), 4);
+  const Eigen::VectorXd force = test::random_vector(tree.size(), 4);
   EXPECT_LT((apply_stiffness(tree, solve_static(tree, force)) - force).norm(), 1e-8 * force.norm());
 }
 
 TEST(BeamTree, ComplianceFormIsSymmetricAndCarriesTheKineticEnergy) {
   const BeamTree tree = assemble_tree(test::awkward_tree(), {.material = wood});
-  const Eigen::VectorXd a = random_vector(tree.size(), 1), b = random_vector(tree.size(), 2);
+  const Eigen::VectorXd a = test::random_vector(tree.size(), 1), b = test::random_vector(tree.size(), 2);
   const double ab = a.dot(apply_compliance_form(tree, b)), ba = b.dot(apply_compliance_form(tree, a));
   EXPECT_NEAR(ab / ba, 1, 1e-12);
   const Eigen::VectorXd q = displacement_from_compliance_form(tree, a);
@@ -170,7 +163,7 @@ TEST(AssembleTree, WithInfiniteRootStiffnessGivesTheBitsOfTheClampedTree) {
   const BeamTree held = assemble_tree(
       test::awkward_tree(), {.material = wood, .root = {.translation = infinity, .rotation = infinity}});
   const BeamTree loose = assemble_tree(test::awkward_tree(), {.material = wood, .root = {.rotation = 1e4}});
-  const Eigen::VectorXd s = random_vector(clamped.size(), 5);
+  const Eigen::VectorXd s = test::random_vector(clamped.size(), 5);
   EXPECT_EQ(apply_compliance_form(clamped, s), apply_compliance_form(held, s));
   EXPECT_EQ(solve_static(clamped, s), solve_static(held, s));
   EXPECT_NE(solve_static(clamped, s), solve_static(loose, s));

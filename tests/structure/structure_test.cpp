@@ -1,7 +1,6 @@
 #include "tremula/structure/structure.hpp"
 
 #include "tremula/base/error.hpp"
-#include "tremula/numerics/random.hpp"
 #include "tremula/structure/mode_count.hpp"
 
 #include <cmath>
@@ -12,20 +11,13 @@
 #include <gtest/gtest.h>
 #include <Eigen/Cholesky>
 #include "frames.hpp"
+#include "structure/random_vector.hpp"
 #include "trees.hpp"
 
 namespace tremula {
 namespace {
 
 const Material wood{"wood", 9e9, 7e8, 950, ""};
-
-Eigen::VectorXd random_vector(Eigen::Index size, std::uint64_t seed) {
-  Eigen::VectorXd vector(size);
-  for (Eigen::Index i = 0; i < size; ++i) {
-    vector[i] = complex_gaussian({seed, RandomStream::test, 1, static_cast<std::uint64_t>(i)}).real();
-  }
-  return vector;
-}
 
 // Tapered elements, two clamps at two heights, a node below them, and masses on a free and on a held node.
 Frame loaded_arch() {
@@ -45,7 +37,8 @@ TEST(StructureOfAFrame, HasTheMassAndTheFlexibilityOfTheAssembledMatrices) {
     const FrameMatrices matrices = assemble_frame(loaded_arch(), options);
     const Structure structure = assemble(loaded_arch(), options);
     ASSERT_EQ(structure.size(), matrices.size());
-    const Eigen::VectorXd u = random_vector(structure.size(), 1), f = random_vector(structure.size(), 2);
+    const Eigen::VectorXd u = test::random_vector(structure.size(), 1),
+                          f = test::random_vector(structure.size(), 2);
     const Eigen::VectorXd inertia = Eigen::MatrixXd(matrices.mass) * u;
     EXPECT_LT((structure.mass(u) - inertia).norm(), 1e-14 * inertia.norm());
     const Eigen::VectorXd bent = Eigen::MatrixXd(matrices.stiffness).ldlt().solve(f);
@@ -60,7 +53,7 @@ TEST(StructureOfATree, HasTheMassAndTheFlexibilityOfTheSweeps) {
     const BeamTree tree = assemble_tree(test::awkward_tree(), options);
     const Structure structure = assemble(test::awkward_tree(), options);
     ASSERT_EQ(structure.size(), tree.size());
-    const Eigen::VectorXd u = random_vector(structure.size(), 3);
+    const Eigen::VectorXd u = test::random_vector(structure.size(), 3);
     EXPECT_EQ(structure.mass(u), apply_mass(tree, u));
     EXPECT_EQ(structure.flexibility(u), solve_static(tree, u));
   }
@@ -71,7 +64,7 @@ TEST(Structure, OfATreeSaidAsAFrameDoesTheSame) {
   const Structure tree = assemble(skeleton, {.material = wood});
   const Structure frame = assemble(test::frame_of(skeleton, wood));
   ASSERT_EQ(frame.size(), tree.size());
-  const Eigen::VectorXd u = random_vector(tree.size(), 4);
+  const Eigen::VectorXd u = test::random_vector(tree.size(), 4);
   const Eigen::VectorXd inertia = tree.mass(u), bent = tree.flexibility(u);
   EXPECT_LT((frame.mass(u) - inertia).norm(), 1e-13 * inertia.norm());
   EXPECT_LT((frame.flexibility(u) - bent).norm(), 1e-8 * bent.norm());
@@ -89,7 +82,7 @@ TEST(Structure, KeepsInACopyWhatItsFunctionsWorkOn) {
   const auto forget = [](Structure structure) { return structure; };
   for (const Structure& copy :
        {forget(assemble(test::awkward_tree(), {.material = wood})), forget(assemble(loaded_arch()))}) {
-    EXPECT_TRUE(copy.mass(copy.flexibility(random_vector(copy.size(), 5))).allFinite());
+    EXPECT_TRUE(copy.mass(copy.flexibility(test::random_vector(copy.size(), 5))).allFinite());
     for (const Member& member : copy.members) EXPECT_NEAR(member.direction.norm(), 1, 1e-14);
     EXPECT_EQ(copy.find_ground_inertia().forces.rows(), copy.size());
     EXPECT_EQ(copy.find_sites().point_count(), static_cast<Eigen::Index>(copy.members.size()));
@@ -163,7 +156,7 @@ TEST(NodeDisplacement, IsThatOfTheRowsOfTheNodeAndZeroWhereTheGroundHoldsIt) {
   const FrameMatrices matrices = assemble_frame(frame);
   const Structure structure = assemble(frame);
   ASSERT_EQ(structure.nodes.size(), frame.nodes.size());
-  const Eigen::VectorXd u = random_vector(structure.size(), 6);
+  const Eigen::VectorXd u = test::random_vector(structure.size(), 6);
   for (std::size_t node = 0; node < frame.nodes.size(); ++node) {
     EXPECT_EQ(structure.nodes[node].position, frame.nodes[node]);
     EXPECT_EQ(structure.nodes[node].row, matrices.row[node]);
@@ -182,7 +175,7 @@ TEST(NodeDisplacement, OfARootIsThatOfTheFootOfTheFirstBranchOnIt) {
   for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e5, .rotation = 2e3}}) {
     const Structure structure = assemble(skeleton, {.material = wood, .root = root});
     ASSERT_EQ(static_cast<int>(structure.nodes.size()), skeleton.node_count());
-    const Eigen::VectorXd u = random_vector(structure.size(), 7);
+    const Eigen::VectorXd u = test::random_vector(structure.size(), 7);
     for (int node = 0; node < skeleton.node_count(); ++node) {
       const auto index = static_cast<std::size_t>(node);
       EXPECT_EQ(structure.nodes[index].position, skeleton.node_position(node));
@@ -215,7 +208,7 @@ TEST(Member, BeginsAndEndsWhereItsNodesAreAndMovesWithThem) {
   const Frame frame = loaded_arch();
   const Structure structure = assemble(frame);
   ASSERT_EQ(structure.members.size(), frame.elements.size());
-  const Eigen::VectorXd u = random_vector(structure.size(), 8);
+  const Eigen::VectorXd u = test::random_vector(structure.size(), 8);
   for (std::size_t k = 0; k < frame.elements.size(); ++k) {
     const Member& member = structure.members[k];
     const auto start = static_cast<std::size_t>(frame.elements[k].start_node),
@@ -235,7 +228,7 @@ TEST(Member, BeginsAndEndsWhereItsNodesAreAndMovesWithThem) {
 TEST(Member, OfATreeStartsAtTheEndOfItsArm) {
   const Skeleton skeleton = test::awkward_tree();
   const Structure structure = assemble(skeleton, {.material = wood});
-  const Eigen::VectorXd u = random_vector(structure.size(), 9);
+  const Eigen::VectorXd u = test::random_vector(structure.size(), 9);
   int beside = 0;
   for (int k = 0; k < skeleton.branch_count(); ++k) {
     const auto index = static_cast<std::size_t>(k);
