@@ -176,6 +176,18 @@ TEST(ReadCylinderTable, KeepsTheParentsOfAFilteredTableThatHasIds) {
   }
 }
 
+TEST(ReadCylinderTable, CountsRowsWhereTheirNamesAreNoIds) {
+  const std::string first_row =
+      "\"\",\"parent\",\"start_x\",\"start_y\",\"start_z\",\"end_x\",\"end_y\",\"end_z\",\"radius\"\n";
+  for (const char* name : {"2y", "1e300", "-1e300", "1e999", "nan", "2.5"}) {
+    const std::string text = first_row + "\"1\",0,0,0,0,0,0,1,0.05\n\"" + name +
+                             "\",1,0,0,1,0,0,2,0.04\n\"7\",2,0,0,2,0,0,3,0.03\n";
+    const ImportedSkeleton imported = read_text(text.c_str());
+    ASSERT_EQ(imported.skeleton.branch_count(), 3) << name;
+    EXPECT_EQ(imported.skeleton.branches[2].start_node, imported.skeleton.end_node(1)) << name;
+  }
+}
+
 TEST(ReadCylinderTable, NamesAColumnInPrintableLettersWhateverItIsCalled) {
   const std::string complaint = test::complaint_about_bytes(
       "radius,start\xFFX,startY,startZ,endX,endY,endZ,parent\n0.1,p,0,0,0,0,1,-1\n", "tree");
