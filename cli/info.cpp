@@ -1,5 +1,6 @@
 // tremula info: what is in a file, in numbers.
 
+#include "tremula/io/text_table.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/structure/plausibility.hpp"
 
@@ -11,14 +12,6 @@
 
 namespace tremula::cli {
 namespace {
-
-// The program that wrote a file may have put anything there.
-std::string printable(std::string text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7E) c = '?';
-  }
-  return text;
-}
 
 struct TowerStatistics {
   std::array<Json, 3> mean, deviation;
@@ -115,7 +108,9 @@ Json as_json(const FoundWind& found) {
   for (int i = 0; i < grid.z_count; ++i) heights.push_back(grid.z(i));
   for (int j = 0; j < grid.y_count; ++j) across.push_back(grid.y(j));
   for (int k = 0; k < file.tower_count; ++k) tower_heights.push_back(file.tower_height(k));
-  Json json = {{"format", "turbsim-bts"}, {"id", file.periodic ? 8 : 7}, {"text", printable(file.text)}};
+  Json json = {{"format", "turbsim-bts"},
+               {"id", file.periodic ? 8 : 7},
+               {"text", printable(file.text)}};  // who wrote it may have put anything there
   json.update(describe(grid));
   json.update(Json{{"tower_points", file.tower_count},
                    {"slope", file.slope},

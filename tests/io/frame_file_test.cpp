@@ -106,6 +106,15 @@ TEST(FrameFile, NamesLineAndColumnOfWhatIsWrong) {
   EXPECT_THAT(complaint_about(changed("[points]", "[points")), HasSubstr("frame.toml:5:"));
 }
 
+TEST(FrameFile, ComplainsInPrintableLettersWhateverStandsThere) {
+  for (const char* text :
+       {"name =na\a", "name = \"a\"\n\"b\\u0007\\n\" = 1\n", "\xff = 1", "a\x1b = [1,\n\n"}) {
+    const std::string complaint = complaint_about(text);
+    EXPECT_THAT(complaint, testing::StartsWith("frame.toml:"));
+    for (const char c : complaint) EXPECT_TRUE(c >= ' ' && c <= '~') << complaint;
+  }
+}
+
 TEST(FrameFile, RefusesWhatWouldFloatAwayOrHasNoLength) {
   EXPECT_THAT(complaint_about(changed("clamped = [\"left\", \"right\"]", "clamped = []")),
               HasSubstr("no node is clamped"));

@@ -4,6 +4,7 @@
 #include "tremula/base/number_text.hpp"
 #include "tremula/base/suggestion.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/text_table.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -225,9 +226,7 @@ toml::table parse(const std::string& text, const std::string& name) {
   }
 }
 
-}  // namespace
-
-FrameFile parse_frame(const std::string& text_of_file, const std::string& name) {
+FrameFile read_text(const std::string& text_of_file, const std::string& name) {
   const toml::table file = parse(text_of_file, name);
   Reader reader{name};
   check_keys(reader, file, "a frame", {"name", "material", "pieces", "clamped", "points", "beams", "masses"});
@@ -244,6 +243,19 @@ FrameFile parse_frame(const std::string& text_of_file, const std::string& name) 
     throw InputError(name + ": " + error.what());
   }
   return std::move(reader.result);
+}
+
+}  // namespace
+
+FrameFile parse_frame(const std::string& text_of_file, const std::string& name) {
+  try {
+    return read_text(text_of_file, name);
+  } catch (const InputError& error) {
+    // Messages cite keys, names and TOML's parser, whatever letters stand there.
+    const std::string message = error.what();
+    const std::size_t place = message.starts_with(name) ? name.size() : 0;
+    throw InputError(message.substr(0, place) + printable(message.substr(place)));
+  }
 }
 
 FrameFile read_frame(const std::string& path) { return parse_frame(read_file(path, largest_file), path); }

@@ -71,11 +71,15 @@ bool parse_number(std::string_view field, double& value) {
   return true;
 }
 
-std::string shown(std::string_view field) {
-  std::string text(field.substr(0, 40));
+std::string printable(std::string text) {
   for (char& c : text) {
     if (c < ' ' || c > '~') c = '?';
   }
+  return text;
+}
+
+std::string shown(std::string_view field) {
+  const std::string text = printable(std::string(field.substr(0, 40)));
   return field.size() > 40 ? text + "..." : text;
 }
 

@@ -39,8 +39,9 @@ bool parse_number(std::string_view field, double& value);
 
 // What stood in a file, fit for a one-line message: no control characters, at most 40 characters.
 std::string shown(std::string_view field);
-std::string shown(double value);    // as many digits as it takes to tell it from its neighbours
-std::string rounded(double value);  // six digits, for what was computed
+std::string printable(std::string text);  // what is no printable ASCII becomes ?
+std::string shown(double value);          // as many digits as it takes to tell it from its neighbours
+std::string rounded(double value);        // six digits, for what was computed
 std::string counted(std::size_t count, const std::string& what);  // "1 column", "2 columns"
 
 // One line of a table, and the errors about it: "tree.swc:12: radius is -0.01, wanted a number above 0".
