@@ -125,14 +125,14 @@ std::vector<int> parents_by_id(const CylinderModel& model, const ReadOptions& op
   std::vector<std::size_t> lines;
   for (const Cylinder& cylinder : model.cylinders) lines.push_back(cylinder.place);
   const IdIndex index(model.ids, lines, model.path, model.id_name);
-  const bool zero_is_none = index.find(0) < 0;
   std::vector<int> parents;
   for (const Cylinder& cylinder : model.cylinders) {
     const double number = cylinder.parent;
     const bool whole = std::abs(number) <= 9007199254740992.0 && number == std::floor(number);
     const int parent = whole ? index.find(static_cast<long long>(number)) : -1;
-    if (parent < 0 && !std::isnan(number) && number != -1 && !(number == 0 && zero_is_none) &&
-        !model.missing_parent_is_ground && !options.allow_gaps) {
+    // Where no row has the id 0, it says that there is no parent.
+    if (parent < 0 && !std::isnan(number) && number != -1 && number != 0 && !model.missing_parent_is_ground &&
+        !options.allow_gaps) {
       throw InputError(place(model, cylinder),
                        model.parent_name + " is " + shown(number) + ", and no row has that " + model.id_name +
                            " (were rows taken out?)",
