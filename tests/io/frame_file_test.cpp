@@ -106,6 +106,17 @@ TEST(FrameFile, NamesLineAndColumnOfWhatIsWrong) {
   EXPECT_THAT(complaint_about(changed("[points]", "[points")), HasSubstr("frame.toml:5:"));
 }
 
+// Found by the fuzzer: beams of a hundredth of a micrometre under a mass of 0.4 kg.
+TEST(FrameFile, WhoseModesCannotBeCountedIsRefused) {
+  const FrameFile file = parse_frame(
+      "clamped = ['a', 'b']\n[points]\na = [0, 0, 1]\nb = [1, 0, 0]\ntop = [0.5, 0.3, 1]\n"
+      "[[beams]]\nthrough = ['a', 'top', 'b', 'a']\nradius = 1e-8\npieces = 2\n[[masses]]\nat = 'top'\nmass "
+      "= 0.4\n",
+      "frame.toml");
+  EXPECT_THAT(test::complaint_of([&] { solve_modes(assemble(file.frame), {.count = 3}); }),
+              testing::HasSubstr("cannot be counted, wanted beams and masses nearer to each other in size"));
+}
+
 TEST(FrameFile, ComplainsInPrintableLettersWhateverStandsThere) {
   for (const char* text :
        {"name =na\a", "name = \"a\"\n\"b\\u0007\\n\" = 1\n", "\xff = 1", "a\x1b = [1,\n\n"}) {

@@ -47,7 +47,11 @@ int count_below(Eigen::SimplicialLDLT<Matrix>& factors, const FrameMatrices& mat
     if (pivots.growth < best.growth) best = pivots;
     if (best.growth < 1e3) return best.negative;
   }
-  if (!std::isfinite(best.growth)) throw Error("modes: the modes below a frequency could not be counted");
+  if (!std::isfinite(best.growth)) {
+    throw InputError("modes",
+                     "stiffness and mass so far apart that the modes below a frequency cannot be counted",
+                     "beams and masses nearer to each other in size");
+  }
   return best.negative;
 }
 
