@@ -117,6 +117,16 @@ TEST(FrameFile, WhoseModesCannotBeCountedIsRefused) {
               testing::HasSubstr("cannot be counted, wanted beams and masses nearer to each other in size"));
 }
 
+TEST(FrameFile, OfThreadsWhoseStiffnessRoundingTakesIsRefused) {
+  const FrameFile file = parse_frame(
+      "clamped = ['a', 'b']\n[points]\na = [0, 0, 0]\nb = [1, 0, 0]\ntop = [1.5, 0.2, 1]\n"
+      "[[beams]]\nthrough = ['a', 'top', 'b', 'a']\nradius = 2e-9\npieces = 1\n[[masses]]\nat = 'top'\nmass "
+      "= 0.5\n",
+      "frame.toml");
+  EXPECT_THAT(test::complaint_of([&] { assemble(file.frame); }),
+              testing::HasSubstr("rounding takes all of their stiffness"));
+}
+
 TEST(FrameFile, ComplainsInPrintableLettersWhateverStandsThere) {
   for (const char* text :
        {"name =na\a", "name = \"a\"\n\"b\\u0007\\n\" = 1\n", "\xff = 1", "a\x1b = [1,\n\n"}) {

@@ -114,7 +114,8 @@ Structure assemble(const Frame& frame, const FrameOptions& options) {
   const Matrices matrices = std::make_shared<const FrameMatrices>(assemble_frame(frame, options));
   const auto cholesky = std::make_shared<const Cholesky>(matrices->stiffness);
   if (cholesky->info() != Eigen::Success)
-    throw Error("frame: its stiffness is not positive definite to working precision");
+    throw InputError("frame", "beams so slender that rounding takes all of their stiffness",
+                     "thicker or shorter ones, the radius a millionth of the length or more");
 
   Structure structure;
   for (std::size_t i = 0; i < frame.nodes.size(); ++i)

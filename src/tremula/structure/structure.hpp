@@ -52,7 +52,7 @@ struct Structure {
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
 // Nodes and members are those of the frame; it counts as one part, even where it stands in several. Throws as
-// assemble_frame does, and Error where the stiffness is not positive definite to working precision.
+// assemble_frame does, and InputError where the stiffness is not positive definite to working precision.
 Structure assemble(const Frame& frame, const FrameOptions& options = {});
 
 // The height of the lowest node that the ground holds [m].
