@@ -57,9 +57,11 @@ if [ ${#missing[@]} -gt 0 ]; then
 fi
 
 # The viewer's packages, pinned by its lock file; skipped while they are those of the lock file.
-if ! cmp -s viewer/package-lock.json "viewer/node_modules/.for-$purpose"; then
+level=build
+if [ "$purpose" = test ]; then level=test; fi
+if ! cmp -s viewer/package-lock.json "viewer/node_modules/.for-$level"; then
   (cd viewer && npm ci ${npm_omits[@]+"${npm_omits[@]}"} --no-audit --no-fund --loglevel=error)
   cp viewer/package-lock.json viewer/node_modules/.for-build
-  if [ "$purpose" = test ]; then cp viewer/package-lock.json viewer/node_modules/.for-test; fi
+  if [ "$level" = test ]; then cp viewer/package-lock.json viewer/node_modules/.for-test; fi
 fi
 echo "bootstrap: everything to $purpose is installed"
