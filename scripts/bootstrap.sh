@@ -56,7 +56,8 @@ if [ ${#missing[@]} -gt 0 ]; then
   "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
 fi
 
-# The viewer's packages, pinned by its lock file; skipped while they are those of the lock file.
+# The viewer's packages, pinned by its lock file; skipped while they are those of the lock file. What the tests take
+# holds what a build takes; to fuzz takes no more than that.
 level=build
 if [ "$purpose" = test ]; then level=test; fi
 if ! cmp -s viewer/package-lock.json "viewer/node_modules/.for-$level"; then

@@ -4,7 +4,6 @@
 #include "tremula/io/cylinders.hpp"
 
 #include <array>
-#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -90,8 +89,7 @@ bool is_nothing(std::string_view field) { return field.empty() || field == "NA";
 bool name_more_than_order(const std::vector<double>& names) {
   bool in_order = true;
   for (std::size_t k = 0; k < names.size(); ++k) {
-    // Beyond 2^53 a double no longer tells neighbours apart.
-    if (!(std::abs(names[k]) <= 9007199254740992.0) || names[k] != std::floor(names[k])) return false;
+    if (!is_whole_number(names[k])) return false;
     in_order = in_order && names[k] == static_cast<double>(k + 1);
   }
   return !in_order;

@@ -128,8 +128,7 @@ std::vector<int> parents_by_id(const CylinderModel& model, const ReadOptions& op
   std::vector<int> parents;
   for (const Cylinder& cylinder : model.cylinders) {
     const double number = cylinder.parent;
-    const bool whole = std::abs(number) <= 9007199254740992.0 && number == std::floor(number);
-    const int parent = whole ? index.find(static_cast<long long>(number)) : -1;
+    const int parent = is_whole_number(number) ? index.find(static_cast<long long>(number)) : -1;
     // Where no row has the id 0, it says that there is no parent.
     if (parent < 0 && !std::isnan(number) && number != -1 && number != 0 && !model.missing_parent_is_ground &&
         !options.allow_gaps) {

@@ -71,6 +71,8 @@ bool parse_number(std::string_view field, double& value) {
   return true;
 }
 
+bool is_whole_number(double value) { return std::abs(value) <= 0x1p53 && value == std::floor(value); }
+
 std::string printable(std::string text) {
   for (char& c : text) {
     if (c < ' ' || c > '~') c = '?';
@@ -130,9 +132,7 @@ double TableRow::positive(std::size_t column, const char* name) const {
 
 long long TableRow::integer(std::size_t column, const char* name) const {
   const double value = number(column, name);
-  // Beyond 2^53 a double no longer tells neighbours apart.
-  if (!(std::abs(value) <= 9007199254740992.0) || value != std::floor(value))
-    reject(column, name, "a whole number");
+  if (!is_whole_number(value)) reject(column, name, "a whole number");
   return static_cast<long long>(value);
 }
 

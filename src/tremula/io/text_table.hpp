@@ -37,9 +37,12 @@ Fields split_at(std::string_view line, char delimiter);  // blanks and quotes ar
 // finite.
 bool parse_number(std::string_view field, double& value);
 
+// True up to 2^53: beyond, a double no longer tells whole numbers apart.
+bool is_whole_number(double value);
+
 // What stood in a file, fit for a one-line message: no control characters, at most 40 characters.
 std::string shown(std::string_view field);
-std::string printable(std::string text);  // what is no printable ASCII becomes ?
+std::string printable(std::string text);  // the whole of it: ? for what is no printable ASCII
 std::string shown(double value);          // as many digits as it takes to tell it from its neighbours
 std::string rounded(double value);        // six digits, for what was computed
 std::string counted(std::size_t count, const std::string& what);  // "1 column", "2 columns"

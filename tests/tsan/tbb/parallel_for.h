@@ -24,8 +24,8 @@ inline bool& inside_a_loop() {
   return inside;
 }
 
-/// Calls work(i) for each i < count, on as many threads as tbb::global_control allows; a loop within a loop stays
-/// on its thread. Of several exceptions the first is thrown.
+// Calls work(i) for each i < count, on as many threads as tbb::global_control allows; a loop within a loop stays
+// on its thread. Of several exceptions the first is thrown.
 template <class Work>
 void run(std::size_t count, const Work& work) {
   const std::size_t allowed =
