@@ -13,6 +13,10 @@ struct Motion {
   double period = 0;  // T [s]
   Basis basis;
   Eigen::MatrixXd coordinates;  // (M x c), row p at t = p T/M: 1 for the lean, else [m sqrt(kg)]
+  // (rows) Strains of the lean of a tree that bends far (structure/bent_tree.hpp): modes and static shapes
+  // are then small displacements about that shape, and poses bend by strains. Empty: displacements superpose
+  // (S eq. 1).
+  Eigen::VectorXd lean_strains = {};
 
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
 };

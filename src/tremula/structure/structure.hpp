@@ -10,6 +10,7 @@
 #include "tremula/structure/sites.hpp"
 
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -43,6 +44,7 @@ struct Structure {
   std::function<Sites()> find_sites;                   // where the wind takes hold
   std::function<GroundInertia()> find_ground_inertia;  // how it answers to ground that speeds up
   Eigen::Index row_count = 0;
+  std::shared_ptr<const BeamTree> tree;  // what bends as far as one likes (bent_tree.hpp); null for frames
 
   Eigen::Index size() const { return row_count; }
 };

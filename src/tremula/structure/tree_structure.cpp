@@ -125,6 +125,7 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
   };
   structure.find_ground_inertia = [tree] { return ground_inertia(*tree); };
   structure.row_count = tree->size();
+  structure.tree = tree;
   return structure;
 }
 

@@ -1,0 +1,61 @@
+// Rotations in space by their rotation vectors: axis times angle [rad].
+#pragma once
+
+#include "tremula/base/types.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tremula {
+
+namespace rotation_detail {
+
+// sin(x)/x, (1 - cos x)/x^2 and (x - sin x)/x^3 of x^2, by their series where the quotients lose digits.
+struct Coefficients {
+  double sine, cosine, rest;
+  explicit Coefficients(double square) {
+    if (square < 1e-4) {
+      sine = 1 - square / 6 * (1 - square / 20 * (1 - square / 42));
+      cosine = 0.5 - square / 24 * (1 - square / 30 * (1 - square / 56));
+      rest = 1.0 / 6 - square / 120 * (1 - square / 42 * (1 - square / 72));
+      return;
+    }
+    const double angle = std::sqrt(square);
+    const double sin = std::sin(angle);
+    sine = sin / angle;
+    cosine = (1 - std::cos(angle)) / square;
+    rest = (angle - sin) / (square * angle);
+  }
+};
+
+}  // namespace rotation_detail
+
+// exp of the cross matrix of v (Rodrigues).
+inline Mat3 rotation_matrix(const Vec3& v) {
+  const double x = v[0], y = v[1], z = v[2], square = x * x + y * y + z * z;
+  const rotation_detail::Coefficients c(square);
+  const double s = c.sine, k = c.cosine;
+  Mat3 rotation;
+  rotation << 1 - k * (y * y + z * z), k * x * y - s * z, k * x * z + s * y,  //
+      k * x * y + s * z, 1 - k * (x * x + z * z), k * y * z - s * x,          //
+      k * x * z - s * y, k * y * z + s * x, 1 - k * (x * x + y * y);
+  return rotation;
+}
+
+// The vector of at most half a turn that gives this rotation.
+inline Vec3 rotation_vector(const Mat3& rotation) {
+  const Eigen::Quaterniond q(rotation);
+  const double sine = q.vec().norm();
+  if (sine < 1e-9) return 2 * q.vec() * (q.w() < 0 ? -1 : 1);
+  const double angle = 2 * std::atan2(q.w() < 0 ? -sine : sine, std::abs(q.w()));
+  return angle / sine * q.vec();
+}
+
+// How the rotation turns when its vector grows: exp(v + dv) = exp(T dv) exp(v) to first order.
+inline Mat3 rotation_tangent(const Vec3& v) {
+  const rotation_detail::Coefficients c(v.squaredNorm());
+  const Mat3 cross = cross_matrix(v);
+  return Mat3::Identity() + c.cosine * cross + c.rest * cross * cross;
+}
+
+}  // namespace tremula

@@ -1,0 +1,172 @@
+#include "tremula/structure/bent_tree.hpp"
+
+#include "tremula/base/check.hpp"
+#include "tremula/numerics/rotation.hpp"
+
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace tremula {
+namespace {
+
+// By how much the chord turns in the frame of the start.
+Vec3 chord_turn(const Member& member, const Vec3& translation) {
+  return member.direction.cross(translation) / member.beam.length;
+}
+
+// Where a beam on a spring of the ground stands on it, in the axes at rest; zero on rigid ground.
+struct Foot {
+  Vec3 translation = Vec3::Zero(), rotation = Vec3::Zero();
+};
+Foot foot_of(const Member& member, const BentBranch& branch) {
+  if (member.beam.base.translation == 0 && member.beam.base.rotation == 0) return {};
+  const double length = member.beam.length;
+  const Vec3 turned = rotation_vector(branch.start_frame.transpose() * branch.chord_frame);
+  const Vec3 chord = branch.start_frame.transpose() * (branch.end - branch.start);
+  const double elongation = chord.norm() - length;
+  const Vec3& d = member.direction;
+  const Split end(elongation * d + length * turned.cross(d),
+                  rotation_vector(branch.start_frame.transpose() * branch.end_frame), d);
+  const Shape shape = shape_at(member.beam, 0);
+  const Split moved(shape.axial[1] * end.along, shape.torsion[1] * end.twist,
+                    shape.deflection[2] * end.across + shape.deflection[3] * end.bend,
+                    shape.slope[2] * end.across + shape.slope[3] * end.bend);
+  return {moved.translation(d), moved.rotation(d)};
+}
+
+// The rotation that takes one unit vector into another by the shortest way.
+Mat3 shortest_turn(const Vec3& from, const Vec3& to) {
+  const Vec3 axis = from.cross(to);
+  const double cosine = from.dot(to);
+  if (cosine < -0.999999) return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+  const Mat3 cross = cross_matrix(axis);
+  return Mat3::Identity() + cross + cross * cross / (1 + cosine);
+}
+
+}  // namespace
+
+std::vector<BentBranch> bend(const BeamTree& tree, const Eigen::VectorXd& strains) {
+  check_equal("rows of the strains", strains.size(), tree.size());
+  std::vector<BentBranch> bent(tree.parent.size());
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const Member& member = tree.members[index_of(k)];
+    BentBranch& branch = bent[index_of(k)];
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) {
+      branch.start = member.start;
+    } else {
+      const BentBranch& carrier = bent[index_of(parent)];
+      branch.start_frame = carrier.end_frame;
+      branch.start = carrier.end + carrier.end_frame * member.start_arm;
+    }
+    const Vec3 translation = strains.segment<3>(6 * k);
+    branch.chord_frame.noalias() = branch.start_frame * rotation_matrix(chord_turn(member, translation));
+    branch.end_frame.noalias() = branch.start_frame * rotation_matrix(strains.segment<3>(6 * k + 3));
+    branch.end = branch.start + (member.beam.length + translation.dot(member.direction)) *
+                                    (branch.chord_frame * member.direction);
+  }
+  return bent;
+}
+
+Eigen::VectorXd strains_of(const BeamTree& tree, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the displacement", displacement.size(), tree.size());
+  Eigen::VectorXd strains = displacement;
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
+    strains.segment<3>(6 * k) -=
+        displacement.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
+    strains.segment<3>(6 * k + 3) -= rotation;
+  }
+  return strains;
+}
+
+Eigen::VectorXd strains_about(const BeamTree& tree, const Eigen::VectorXd& strains,
+                              const std::vector<BentBranch>& bent, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the strains", strains.size(), tree.size());
+  check_equal("rows of the displacement", displacement.size(), tree.size());
+  check_equal("bent branches", static_cast<std::ptrdiff_t>(bent.size()), tree.branch_count());
+  Eigen::VectorXd more(tree.size());
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const Member& member = tree.members[index_of(k)];
+    const BentBranch& branch = bent[index_of(k)];
+    const int parent = tree.parent[index_of(k)];
+    Vec3 translation = displacement.segment<3>(6 * k), rotation = displacement.segment<3>(6 * k + 3);
+    if (parent >= 0) {
+      const Vec3 carried = displacement.segment<3>(6 * parent + 3);
+      translation -=
+          displacement.segment<3>(6 * parent) + carried.cross(branch.end - bent[index_of(parent)].end);
+      rotation -= carried;
+    }
+    // The chord turns by T(psi) d psi in the frame of the start, psi = d x v / length.
+    const Vec3& d = member.direction;
+    const Vec3 in_chord = branch.chord_frame.transpose() * translation;
+    const double length = (branch.end - branch.start).norm();
+    const Vec3 turn_in_start =
+        branch.start_frame.transpose() * (branch.chord_frame * (d.cross(in_chord) / length));
+    const Vec3 psi = chord_turn(member, strains.segment<3>(6 * k));
+    // psi and its growth stay across d, where T has an inverse; what it would turn about the chord itself
+    // does not move the end.
+    const Mat3 tangent = rotation_tangent(psi);
+    const Vec3 chord = branch.start_frame.transpose() * (branch.chord_frame * d);
+    Mat3 system = tangent * (Mat3::Identity() - d * d.transpose()) + chord * d.transpose();
+    const Vec3 growth = system.partialPivLu().solve(turn_in_start);
+    const Vec3 across = member.beam.length * growth.cross(d);
+    more.segment<3>(6 * k) = in_chord.dot(d) * d + across - across.dot(d) * d;
+    more.segment<3>(6 * k + 3) = rotation_tangent(strains.segment<3>(6 * k + 3))
+                                     .partialPivLu()
+                                     .solve(branch.start_frame.transpose() * rotation);
+  }
+  return more;
+}
+
+Eigen::VectorXd displacement_of(const BeamTree& tree, const std::vector<BentBranch>& bent) {
+  check_equal("bent branches", static_cast<std::ptrdiff_t>(bent.size()), tree.branch_count());
+  Eigen::VectorXd displacement(tree.size());
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    displacement.segment<3>(6 * k) = bent[index_of(k)].end - tree.members[index_of(k)].point(1);
+    displacement.segment<3>(6 * k + 3) = rotation_vector(bent[index_of(k)].end_frame);
+  }
+  return displacement;
+}
+
+BeamTree tree_at(const BeamTree& tree, const std::vector<BentBranch>& bent) {
+  check_equal("bent branches", static_cast<std::ptrdiff_t>(bent.size()), tree.branch_count());
+  BeamTree standing = tree;
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const BentBranch& branch = bent[index_of(k)];
+    Member& member = standing.members[index_of(k)];
+    member.direction = (branch.end - branch.start).normalized();
+    member.start = branch.end - member.beam.length * member.direction;
+    const int parent = tree.parent[index_of(k)];
+    const Vec3 carrier =
+        parent < 0 ? branch.start - tree.members[index_of(k)].start_arm : bent[index_of(parent)].end;
+    member.start_arm = member.start - carrier;
+    standing.reach[index_of(k)] = branch.end - carrier;
+  }
+  return standing;
+}
+
+BentPoint point_on(const Member& member, const BentBranch& branch, double s) {
+  const Vec3& d = member.direction;
+  const double s2 = s * s, s3 = s2 * s;
+  const Foot foot = foot_of(member, branch);
+  const bool rigid = foot.rotation.isZero(0);
+  const Mat3 first = rigid ? branch.start_frame : Mat3(branch.start_frame * rotation_matrix(foot.rotation));
+  const Vec3 start = branch.start + branch.start_frame * foot.translation;
+  const double length = (branch.end - start).norm();
+  const Vec3 slope0 = length * (first * d), slope1 = length * (branch.end_frame * d);
+  const Vec3 position = (1 - 3 * s2 + 2 * s3) * start + (s - 2 * s2 + s3) * slope0 +
+                        (3 * s2 - 2 * s3) * branch.end + (s3 - s2) * slope1;
+  const Vec3 along =
+      (6 * s2 - 6 * s) * (start - branch.end) + (1 - 4 * s + 3 * s2) * slope0 + (3 * s2 - 2 * s) * slope1;
+  // Between the frames of the ends by even turning, and from there the shortest way into the curve.
+  const Mat3 between = first * rotation_matrix(s * rotation_vector(first.transpose() * branch.end_frame));
+  const double size = along.norm();
+  if (!(size > 1e-9 * length)) return {position, between};
+  return {position, shortest_turn(between * d, along / size) * between};
+}
+
+}  // namespace tremula

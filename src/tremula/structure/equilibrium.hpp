@@ -1,0 +1,67 @@
+// Where a tree comes to rest under loads that may bend it as far as they like.
+//
+// Every branch answers to the wrench at its end with its compliance, in the axes that carry it, while the
+// wrench is summed on the shape that all branches make together (bent_tree.hpp). Newton's method on the
+// strains solves that by elimination from the tips to the roots and back, without a stiffness matrix: what
+// hangs on the end of a branch is a 6 x 6 stiffness there. Where steps go astray, the tree is let down
+// through syrup (pseudo-transient continuation, Kelley & Keyes 1998, SIAM J. Numer. Anal. 35).
+#pragma once
+
+#include "tremula/structure/bent_tree.hpp"
+
+#include <functional>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace tremula {
+
+// What loads a branch, as forces [N] and moments [N m] at the start of its beam and at its end; world axes.
+// turning: how the force grows when the branch turns [N/rad]; it speeds the search up and changes no result.
+struct EndLoads {
+  Vec3 start_force = Vec3::Zero(), start_moment = Vec3::Zero();
+  Vec3 end_force = Vec3::Zero(), end_moment = Vec3::Zero();
+  Mat3 start_turning = Mat3::Zero(), end_turning = Mat3::Zero();
+};
+
+// Adds a force on the axis at s, and how it grows when the branch turns, shared by the ends as the shape
+// functions of the straight beam share it (point_shape).
+void add_force(const Member& member, const BentBranch& branch, double s, const Vec3& force,
+               const Mat3& turning, EndLoads& loads);
+
+// The loads on branch k as it stands. Called once for each branch and step; not by several threads.
+using BranchLoads = std::function<EndLoads(int k, const BentBranch& branch)>;
+
+// Force and moment on the end of every branch, about it, of all that loads the branch there and beyond (6N)
+// [N, N m]; world axes. And what the ground carries (the sum of what all roots hand down), about the origin.
+struct Wrenches {
+  Eigen::VectorXd at_end;
+  Vec3 ground_force = Vec3::Zero(), ground_moment = Vec3::Zero();
+};
+Wrenches sum_wrenches(const BeamTree& tree, const std::vector<BentBranch>& bent, const BranchLoads& loads);
+
+// The wrenches at the ends as forces on the strains: what they are times the compliance. (6N)
+Eigen::VectorXd forces_on_strains(const BeamTree& tree, const Eigen::VectorXd& strains,
+                                  const std::vector<BentBranch>& bent, const Eigen::VectorXd& at_end);
+
+struct EquilibriumOptions {
+  // Forces on the strains that the given shape already answers to (6N), as its own weight; empty: none.
+  Eigen::VectorXd at_rest = {};
+  Eigen::VectorXd start = {};  // strains to begin with; empty: the shape at rest
+  double tolerance = 1e-10;    // of strains: of angles [rad], and of deflections by length
+  int most_steps = 400;
+};
+
+struct Equilibrium {
+  Eigen::VectorXd strains;
+  std::vector<BentBranch> bent;
+  Wrenches wrenches;
+  int steps = 0;
+};
+
+// strains = compliance (forces(strains) - at_rest). Throws InputError for sizes that do not agree, and Error
+// where the tree does not come to rest.
+Equilibrium find_equilibrium(const BeamTree& tree, const BranchLoads& loads,
+                             const EquilibriumOptions& options = {});
+
+}  // namespace tremula
