@@ -1,0 +1,32 @@
+// How a structure stands in the mean wind.
+//
+// A tree is bent as far as weight and wind bend it: the drag is that on the shape it has there, with the wind of
+// the places where its branches then are. That branches turn out of the wind is not put in; it comes out. The
+// loads that are left for the gusts are those on that shape, and what vibrates is the tree about it.
+#pragma once
+
+#include "tremula/dynamics/loads.hpp"
+#include "tremula/structure/equilibrium.hpp"
+#include "tremula/structure/structure.hpp"
+#include "tremula/wind/point_wind.hpp"
+
+#include <Eigen/Core>
+
+namespace tremula {
+
+enum class Rotations {
+  large,  // of trees; frames have small ones
+  small,  // displacements superpose, and loads are those on the structure at rest (S sections 2 and 3)
+};
+
+struct Lean {
+  Eigen::VectorXd displacement;  // from rest (rows) [m, rad]
+  Structure structure;           // as it stands, for what is small about it
+  Sites sites;                   // of that
+  Loads loads;
+  // Of a tree with large rotations; empty otherwise.
+  Eigen::VectorXd strains = {};
+  Wrenches wrenches = {};
+};
+
+}  // namespace tremula
