@@ -53,8 +53,22 @@ Subject bake(const Structure& structure, const ModeOptions& options, const Progr
   return {structure, solve_modes(structure, options)};
 }
 
+// The wind where a point then is; where the wind does not say, as it is at the point at rest.
+WindAt wind_at(const Wind& wind, const TimeAxis& loop, double ground, const Structure& structure) {
+  if (wind.statistics) {
+    return [&wind, ground](Eigen::Index, const Vec3& place) {
+      return wind.statistics(place - ground * Vec3::UnitZ());
+    };
+  }
+  const PointWind at_rest = wind_at_points(wind, loop, above(ground, structure.find_sites().points));
+  return [statistics = statistics_of(at_rest, loop)](Eigen::Index point, const Vec3&) {
+    return statistics[index_of(point)];
+  };
+}
+
 // Modes and static shapes as the wind drives and damps them.
-ModalSystem modal_system(const Basis& basis, const Sites& sites, const Loads& loads, const Damping& damping) {
+ModalSystem modal_system(const Basis& basis, const Sites& sites, const Loads& loads, const Damping& damping,
+                         Rotations rotations) {
   const int static_count = basis.count(ShapeKind::static_shape), mode_count = basis.count(ShapeKind::mode);
   const Eigen::VectorXd omega = 2 * std::numbers::pi * basis.frequency.tail(mode_count + static_count);
   ModalSystem system{.omega = omega,
@@ -62,7 +76,17 @@ ModalSystem modal_system(const Basis& basis, const Sites& sites, const Loads& lo
                      .static_count = static_count};
   if (damping.aerodynamic)
     system.damping += aerodynamic_damping(sites, loads, basis.columns.middleCols(1, mode_count));
+  if (rotations == Rotations::large)
+    system.stiffness = aerodynamic_stiffness(sites, loads, basis.columns.middleCols(1, mode_count));
   return system;
+}
+
+// As many modes as were baked, of the structure as it stands; the baked ones where it stands as at rest.
+Modes modes_about(const Lean& lean, Modes baked) {
+  if (lean.strains.size() == 0 || lean.strains.isZero(0)) return baked;
+  const ModeOptions options{.count = baked.count()};
+  baked.shapes.resize(0, 0);
+  return solve_modes(lean.structure, options);
 }
 
 }  // namespace
@@ -89,22 +113,25 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
   check_loop(weather.loop);
 
-  tell(progress, "wind");
-  const Sites sites = structure.find_sites();
+  tell(progress, "lean");
   const double ground = weather.ground.value_or(ground_height(structure));
-  const PointWind wind = wind_at_points(weather.wind, weather.loop, above(ground, sites.points));  // m/s
+  const WindAt mean_wind = wind_at(weather.wind, weather.loop, ground, structure);  // m/s
+  const Lean lean = find_lean(structure, mean_wind, weather.loads, weather.lean);   // m, rad; N
+  modes = modes_about(lean, std::move(modes));                                      // Hz, 1/sqrt(kg)
+
+  tell(progress, "wind");
+  const PointWind wind = wind_at_points(weather.wind, weather.loop, above(ground, lean.sites.points));  // m/s
   if (warnings) *warnings = wind.warnings;
 
   tell(progress, "loads");
-  Loads straight = linearise_loads(sites, wind.mean, weather.loads);                            // N, N s/m
-  const Lean lean = find_lean(structure, sites, std::move(straight), weather.reconfiguration);  // m, rad; N
   const StaticShapes more = weather.static_correction
-                                ? static_shapes(structure, sites, lean.loads, modes)
+                                ? static_shapes(lean.structure, lean.sites, lean.loads, modes)
                                 : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
   Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
   const auto moving = basis.columns.rightCols(basis.count() - 1);
-  const Eigen::MatrixXd participation = modal_participation(sites, lean.loads, moving);  // sqrt(kg)/s
-  const ModalSystem system = modal_system(basis, sites, lean.loads, weather.damping);    // rad/s, 1/s
+  const Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
+  const ModalSystem system =
+      modal_system(basis, lean.sites, lean.loads, weather.damping, weather.lean.rotations);  // rad/s, 1/s
 
   tell(progress, "response");
   const BinTransfer transfer(system, weather.loop, wind.has_draws ? weather.transfer : Transfer::sampled,
@@ -112,7 +139,8 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   const Eigen::MatrixXcd spectra = respond(transfer, participation, weather.loop, wind, [&](double done) {
     tell(progress, "response", done);
   });  // m sqrt(kg)
-  const Motion motion = make_motion(std::move(basis), weather.loop, spectra);
+  Motion motion = make_motion(std::move(basis), weather.loop, spectra);
+  motion.lean_strains = lean.strains;
   check_finite(motion);
   return motion;
 }

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "tremula/dynamics/damping.hpp"
+#include "tremula/dynamics/lean.hpp"
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
-#include "tremula/dynamics/reconfiguration.hpp"
 #include "tremula/dynamics/transfer.hpp"
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/modes/solve_modes.hpp"
@@ -42,7 +42,7 @@ struct Weather {
   std::optional<double> ground =
       {};  // heights count from here [m]; not given: from the lowest node that is held
   LoadOptions loads = {};
-  Reconfiguration reconfiguration = {};
+  LeanOptions lean = {};
   Damping damping = {};
   Transfer transfer = Transfer::bin_averaged;
   bool static_correction = true;  // shapes for what the modes left out do

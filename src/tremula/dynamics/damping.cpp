@@ -17,6 +17,27 @@ double above_zero(const char* what, double value) {
   return value;
 }
 
+// Of phi_r^T (force of the site per what cause says of it) (cause of phi_s).
+template <class Cause, class Matrix>
+Eigen::MatrixXd sum_over_sites(const Sites& sites, Eigen::Ref<const Eigen::MatrixXd> shapes,
+                               const Cause& cause, const Matrix& matrix) {
+  const std::vector<SiteBlock> blocks = cut_between_points(sites);
+  std::vector<Eigen::MatrixXd> parts(blocks.size());
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    const auto [first, last] = blocks[block];
+    Eigen::MatrixXd force = cause(first, last, shapes);
+    for (std::size_t s = first; s < last; ++s) {
+      const Eigen::Index row = 3 * static_cast<Eigen::Index>(s - first);
+      force.middleRows<3>(row) = (matrix(s) * force.middleRows<3>(row)).eval();
+    }
+    parts[block].noalias() = sites.motion(first, last, shapes).transpose() * force;
+  });
+  // In the order of the blocks, whichever thread was first.
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(shapes.cols(), shapes.cols());
+  for (const Eigen::MatrixXd& part : parts) sum += part;
+  return sum;
+}
+
 }  // namespace
 
 Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd& omega) {
@@ -36,23 +57,15 @@ Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd
 Eigen::MatrixXd aerodynamic_damping(const Sites& sites, const Loads& loads,
                                     Eigen::Ref<const Eigen::MatrixXd> shapes) {
   check_loads(sites, loads);
-  Eigen::MatrixXd damping = Eigen::MatrixXd::Zero(shapes.cols(), shapes.cols());
-  if (!loads.damp) return damping;
-  const std::vector<SiteBlock> blocks = cut_between_points(sites);
-  std::vector<Eigen::MatrixXd> parts(blocks.size());
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
-    const auto [first, last] = blocks[block];
-    const Eigen::MatrixXd motion = sites.motion(first, last, shapes);
-    Eigen::MatrixXd force(motion.rows(), motion.cols());
-    for (std::size_t s = first; s < last; ++s) {
-      const Eigen::Index row = 3 * static_cast<Eigen::Index>(s - first);
-      force.middleRows<3>(row).noalias() = loads.sites[s].per_velocity * motion.middleRows<3>(row);
-    }
-    parts[block].noalias() = motion.transpose() * force;
-  });
-  // In the order of the blocks, whichever thread was first.
-  for (const Eigen::MatrixXd& part : parts) damping += part;
-  return damping;
+  if (!loads.damp) return Eigen::MatrixXd::Zero(shapes.cols(), shapes.cols());
+  return sum_over_sites(sites, shapes, sites.motion,
+                        [&](std::size_t s) { return loads.sites[s].per_velocity; });
+}
+
+Eigen::MatrixXd aerodynamic_stiffness(const Sites& sites, const Loads& loads,
+                                      Eigen::Ref<const Eigen::MatrixXd> shapes) {
+  check_loads(sites, loads);
+  return -sum_over_sites(sites, shapes, sites.turning, [&](std::size_t s) { return loads.sites[s].turning; });
 }
 
 }  // namespace tremula

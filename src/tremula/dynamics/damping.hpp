@@ -26,4 +26,10 @@ Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd
 Eigen::MatrixXd aerodynamic_damping(const Sites& sites, const Loads& loads,
                                     Eigen::Ref<const Eigen::MatrixXd> shapes);
 
+// The drag turns with the branch that it drags at: a stiffness between the shapes, (c x c) [1/s^2], minus the
+// sum of phi_r^T (d F/d theta) theta_s over all sites, theta the rotation of the site. Not symmetric: drag is
+// no force with a potential. shapes (rows x c).
+Eigen::MatrixXd aerodynamic_stiffness(const Sites& sites, const Loads& loads,
+                                      Eigen::Ref<const Eigen::MatrixXd> shapes);
+
 }  // namespace tremula

@@ -3,16 +3,11 @@
 
 #include "tremula/base/types.hpp"
 #include "tremula/dynamics/foliage.hpp"
+#include "tremula/wind/gust_statistics.hpp"
 
 #include <vector>
 
 namespace tremula {
-
-// Of the wind relative to the site.
-struct GustStatistics {
-  Vec3 mean = Vec3::Zero();        // [m/s]
-  Mat3 covariance = Mat3::Zero();  // [(m/s)^2], symmetric; an eigenvalue below 0 counts as 0
-};
 
 // Of a force f(v) in the wind U + u, u Gaussian: E f, and E df/dv, which is also the best linear fit,
 // E f u^T = (E df/dv) Sigma (Stein 1981, Ann. Stat. 9; "statistical linearisation", Roberts & Spanos 1990).

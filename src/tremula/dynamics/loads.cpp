@@ -11,44 +11,36 @@
 namespace tremula {
 namespace {
 
-// Drag of 1/2 rho C A |u| u on the part u of the wind that counts, linearised about its mean: A C rho/2 |U|
-// (P + n n^T).
-SiteLoad linearise(double half_rho_c_area, const Mat3& projection, const Vec3& mean_wind) {
-  const Vec3 normal_wind = projection * mean_wind;
-  const double speed = normal_wind.norm();
-  if (speed == 0) return {};
-  const Vec3 n = normal_wind / speed;
-  return {half_rho_c_area * speed * (projection + n * n.transpose()), half_rho_c_area * speed * normal_wind};
+SiteLoad scaled(const AverageForce& force, double half_rho_c_area) {
+  return {half_rho_c_area * force.per_velocity, half_rho_c_area * force.mean};
 }
 
-// The force c |u| (u . n) n along the normal of a blade, linearised likewise.
-void add_lift(double half_rho_c_area, const Vec3& normal, const Vec3& mean_wind, SiteLoad& load) {
-  const double speed = mean_wind.norm();
-  if (speed == 0 || half_rho_c_area == 0) return;
-  const double through = mean_wind.dot(normal);
-  load.mean += half_rho_c_area * speed * through * normal;
-  load.per_velocity += half_rho_c_area * normal * (speed * normal + through / speed * mean_wind).transpose();
+// Of a cylinder along d whose axis turns by theta: v_n grows by -(theta x d) (d . v) across the axis, and the
+// force stays across it.
+Mat3 turning_of_cylinder(const SiteLoad& load, const Vec3& axis, const Vec3& wind) {
+  return axis.dot(wind) * load.per_velocity * cross_matrix(axis) - axis * axis.cross(load.mean).transpose();
 }
 
-void check_options(const LoadOptions& options) {
-  const auto check = [](const char* what, double value) {
-    if (!std::isfinite(value) || value < 0) throw InputError(what, std::to_string(value), "0 or more");
-  };
-  check("fluid density", options.fluid_density);
-  check("branch drag coefficient", options.branch_drag_coefficient);
-  check("leaf drag coefficient", options.leaf_drag_coefficient);
-  check("leaf lift coefficient", options.leaf_lift_coefficient);
-}
-
-SiteLoad load_on(const Site& site, const Vec3& wind, const LoadOptions& options) {
+SiteLoad load_on_blade(const Site& site, const GustStatistics& wind, const LoadLaw& law) {
+  const LoadOptions& options = law.options;
   const double half_rho_area = 0.5 * options.fluid_density * site.area;
-  if (site.kind == SiteKind::blade) {
-    SiteLoad load = linearise(half_rho_area * options.leaf_drag_coefficient, Mat3::Identity(), wind);
-    add_lift(half_rho_area * options.leaf_lift_coefficient, site.axis, wind, load);
-    return load;
-  }
-  const Mat3 across = Mat3::Identity() - site.axis * site.axis.transpose();
-  return linearise(half_rho_area * options.branch_drag_coefficient, across, wind);
+  const bool folds = options.foliage.vogel_exponent != 0;
+  SiteLoad load = scaled(folds ? average_folding_drag(law.folding, wind) : average_drag(wind),
+                         half_rho_area * options.leaf_drag_coefficient);
+  if (options.leaf_lift_coefficient == 0) return load;
+  const SiteLoad lift =
+      scaled(along_normal(average_drag(wind), site.axis), half_rho_area * options.leaf_lift_coefficient);
+  load.mean += lift.mean;
+  load.per_velocity += lift.per_velocity;
+  return load;
+}
+
+SiteLoad load_on_cylinder(const Site& site, const GustStatistics& wind, const LoadLaw& law) {
+  const LoadOptions& options = law.options;
+  SiteLoad load = scaled(average_drag_across(site.axis, wind),
+                         0.5 * options.fluid_density * site.area * options.branch_drag_coefficient);
+  load.turning = turning_of_cylinder(load, site.axis, wind.mean);
+  return load;
 }
 
 SiteLoad printed_load_on(const Site& site, const LoadOptions& options) {
@@ -59,24 +51,65 @@ SiteLoad printed_load_on(const Site& site, const LoadOptions& options) {
 
 }  // namespace
 
-Loads linearise_loads(const Sites& sites, const Eigen::Matrix3Xd& mean_wind, const LoadOptions& options) {
-  check_options(options);
-  check_equal("columns of the mean wind", mean_wind.cols(), sites.point_count());
+void check_loads(const LoadOptions& options) {
+  const auto check = [](const char* what, double value) {
+    if (!std::isfinite(value) || value < 0) throw InputError(what, std::to_string(value), "0 or more");
+  };
+  check("fluid density", options.fluid_density);
+  check("branch drag coefficient", options.branch_drag_coefficient);
+  check("leaf drag coefficient", options.leaf_drag_coefficient);
+  check("leaf lift coefficient", options.leaf_lift_coefficient);
+  check_foliage(options.foliage);
+}
+
+LoadLaw load_law(const LoadOptions& options) {
+  check_loads(options);
+  return {options, mix_folding(options.foliage)};
+}
+
+SiteLoad load_on(const Site& site, const GustStatistics& wind, double share, const LoadLaw& law) {
+  if (law.options.model == LoadModel::paper) return printed_load_on(site, law.options);
+  GustStatistics reaching{share * wind.mean, Mat3::Zero()};
+  if (law.options.model == LoadModel::stochastic) reaching.covariance = share * share * wind.covariance;
+  SiteLoad load = site.kind == SiteKind::blade ? load_on_blade(site, reaching, law)
+                                               : load_on_cylinder(site, reaching, law);
+  load.gust_share = share;
+  return load;
+}
+
+Loads find_loads(const Sites& sites, const std::vector<GustStatistics>& wind, const LoadLaw& law,
+                 const Eigen::VectorXd& share) {
+  check_equal("points of the wind", static_cast<std::ptrdiff_t>(wind.size()), sites.point_count());
+  const auto count = static_cast<std::ptrdiff_t>(sites.sites.size());
+  if (share.size() > 0) check_equal("shares of the wind", share.size(), count);
   Loads loads{.sites = std::vector<SiteLoad>(sites.sites.size()),
-              .gust_share = Eigen::VectorXd::Ones(sites.point_count()),
-              .damp = options.model == LoadModel::linearised};
-  tbb::parallel_for(std::size_t{0}, sites.sites.size(), [&](std::size_t s) {
-    const Site& site = sites.sites[s];
-    loads.sites[s] = options.model == LoadModel::paper ? printed_load_on(site, options)
-                                                       : load_on(site, mean_wind.col(site.point), options);
+              .damp = law.options.model != LoadModel::paper};
+  tbb::parallel_for(std::ptrdiff_t{0}, count, [&](std::ptrdiff_t s) {
+    const Site& site = sites.sites[index_of(s)];
+    loads.sites[index_of(s)] =
+        load_on(site, wind[index_of(site.point)], share.size() > 0 ? share[s] : 1, law);
   });
   return loads;
+}
+
+Loads linearise_loads(const Sites& sites, const Eigen::Matrix3Xd& mean_wind, const LoadOptions& options) {
+  check_equal("columns of the mean wind", mean_wind.cols(), sites.point_count());
+  std::vector<GustStatistics> wind(index_of(mean_wind.cols()));
+  for (Eigen::Index p = 0; p < mean_wind.cols(); ++p) wind[index_of(p)].mean = mean_wind.col(p);
+  return find_loads(sites, wind, load_law(options));
+}
+
+double drag_area(const Site& site, const Vec3& wind, const LoadLaw& law) {
+  const double speed = wind.norm();
+  if (law.options.model == LoadModel::paper || speed == 0) return 0;
+  if (site.kind == SiteKind::blade)
+    return law.options.leaf_drag_coefficient * site.area * folding_factor(law.options.foliage, speed);
+  return law.options.branch_drag_coefficient * site.area * site.axis.cross(wind).norm() / speed;
 }
 
 void check_loads(const Sites& sites, const Loads& loads) {
   check_equal("sites of the loads", static_cast<std::ptrdiff_t>(loads.sites.size()),
               static_cast<std::ptrdiff_t>(sites.sites.size()));
-  check_equal("points of the loads", loads.gust_share.size(), sites.point_count());
 }
 
 Eigen::VectorXd mean_force(const Sites& sites, const Loads& loads) {
@@ -92,9 +125,9 @@ Eigen::VectorXd fluctuating_force(const Sites& sites, const Loads& loads, const 
   check_equal("columns of the velocity", velocity.cols(), sites.point_count());
   Eigen::Matrix3Xd forces(3, static_cast<Eigen::Index>(loads.sites.size()));
   for (std::size_t s = 0; s < loads.sites.size(); ++s) {
-    const int point = sites.sites[s].point;
+    const SiteLoad& load = loads.sites[s];
     forces.col(static_cast<Eigen::Index>(s)) =
-        loads.gust_share[point] * (loads.sites[s].per_velocity * velocity.col(point));
+        load.gust_share * (load.per_velocity * velocity.col(sites.sites[s].point));
   }
   return sites.gather(forces);
 }
@@ -108,9 +141,9 @@ Eigen::MatrixXd modal_participation(const Sites& sites, const Loads& loads,
     const auto [first, last] = blocks[block];
     const Eigen::MatrixXd motion = sites.motion(first, last, shapes);
     for (std::size_t s = first; s < last; ++s) {
-      const int point = sites.sites[s].point;
-      participation.middleRows<3>(3 * point).noalias() +=
-          loads.gust_share[point] * loads.sites[s].per_velocity.transpose() *
+      const SiteLoad& load = loads.sites[s];
+      participation.middleRows<3>(3 * sites.sites[s].point).noalias() +=
+          load.gust_share * load.per_velocity.transpose() *
           motion.middleRows<3>(3 * static_cast<Eigen::Index>(s - first));
     }
   });

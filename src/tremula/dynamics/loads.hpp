@@ -1,7 +1,10 @@
 // What the wind does to a structure: forces on its sites from the velocity at their points.
 #pragma once
 
+#include "tremula/dynamics/foliage.hpp"
+#include "tremula/dynamics/gust_average.hpp"
 #include "tremula/structure/sites.hpp"
+#include "tremula/wind/gust_statistics.hpp"
 
 #include <vector>
 
@@ -10,38 +13,59 @@
 namespace tremula {
 
 enum class LoadModel {
-  linearised,  // of 1/2 rho C_D A |v_n| v_n about the mean wind (errata S6); leaves likewise
+  stochastic,  // of 1/2 rho C_D A |v_n| v_n: its mean over the gusts and the best linear fit
+               // (gust_average.hpp)
+  linearised,  // of the same about the mean wind (errata S6): right for small gusts
   paper,       // rho C_D r P v as S eq. 3 prints it: no mean wind in it, no leaves
 };
 
 struct LoadOptions {
-  LoadModel model = LoadModel::linearised;
+  LoadModel model = LoadModel::stochastic;
   double fluid_density = 1.2;            // of air [kg/m^3] (S section 2)
   double branch_drag_coefficient = 1.2;  // of a cylinder across the flow, on its diameter
   double leaf_drag_coefficient = 0.25;   // of foliage that folds in the wind, on one side of its area
+  FoliageLaw foliage = {};               // how it folds further
   // Of a flat blade: a force C_L |u| (u . n) n along its normal n, whose part across the wind is lift. Blades
   // of foliage that folds and flutters have none on the average.
   double leaf_lift_coefficient = 0;
 };
 
-// With the wind v at the site's point, the force on it is mean + gust_share * per_velocity * v [N].
+// Throws InputError for densities or coefficients below 0, and as check_foliage does.
+void check_loads(const LoadOptions& options);
+
+// With the gust v at the site's point, the force on it is mean + gust_share * per_velocity * v [N].
 struct SiteLoad {
-  Mat3 per_velocity = Mat3::Zero();  // of the wind, or against it of the site itself [N s/m]
+  Mat3 per_velocity = Mat3::Zero();  // of the wind at the site, or against it of the site itself [N s/m]
   Vec3 mean = Vec3::Zero();          // [N]
+  Mat3 turning = Mat3::Zero();       // how the mean grows when the site turns [N/rad]
+  double gust_share = 1;             // what shelter leaves of a gust (shelter.hpp)
 };
 struct Loads {
   std::vector<SiteLoad> sites;  // (S)
-  // (P) What is left of a gust's force where the structure turns out of the wind with it
-  // (reconfiguration.hpp).
-  Eigen::VectorXd gust_share;
-  bool damp = true;  // what moves meets the wind, too; LoadModel::paper knows nothing of it
+  bool damp = true;             // what moves meets the wind, too; LoadModel::paper knows nothing of it
 };
 
-// mean_wind (3 x P) [m/s] at the points of the sites. Throws InputError for densities or coefficients below
-// 0. These functions throw it, too, for sizes that do not agree.
+// What options say of every site, prepared once.
+struct LoadLaw {
+  LoadOptions options;
+  FoldingMixture folding;
+};
+LoadLaw load_law(const LoadOptions& options);  // throws as check_loads does
+
+// The load of one site whose free wind is this and of which shelter leaves a share.
+SiteLoad load_on(const Site& site, const GustStatistics& wind, double share, const LoadLaw& law);
+
+// On all of them. wind (P) of their points, free of shelter; share (S), empty: 1. Throws InputError for sizes
+// that do not agree.
+Loads find_loads(const Sites& sites, const std::vector<GustStatistics>& wind, const LoadLaw& law,
+                 const Eigen::VectorXd& share = {});
+// The same in a mean wind without gusts (3 x P) [m/s].
 Loads linearise_loads(const Sites& sites, const Eigen::Matrix3Xd& mean_wind, const LoadOptions& options = {});
 
-// Throws InputError unless the loads are of as many sites and points.
+// The drag coefficient times the area that a site turns towards the wind [m^2]: what shelters others.
+double drag_area(const Site& site, const Vec3& wind, const LoadLaw& law);
+
+// Throws InputError unless the loads are of as many sites.
 void check_loads(const Sites& sites, const Loads& loads);
 
 // Forces on the rows of the structure: of all loads under the mean wind, and of a fluctuation v (3 x P).

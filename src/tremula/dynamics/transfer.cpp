@@ -74,6 +74,11 @@ struct Piece {
 void check_system(const ModalSystem& system) {
   check_equal("columns of the damping", system.damping.cols(), system.damping.rows());
   check_equal("frequencies of the system", system.omega.size(), system.damping.rows() + system.static_count);
+  if (system.stiffness.size() > 0) {
+    check_equal("rows of the stiffness", system.stiffness.rows(), system.damping.rows());
+    check_equal("columns of the stiffness", system.stiffness.cols(), system.damping.rows());
+    if (!system.stiffness.allFinite()) throw InputError("stiffness", "one that is not finite", "numbers");
+  }
   if (!system.damping.allFinite()) throw InputError("damping", "one that is not finite", "numbers");
   if (!(system.omega.allFinite() && (system.omega.array() > 0).all())) {
     throw InputError("frequencies of the system", "one that is not above 0", "numbers above 0");
@@ -83,13 +88,14 @@ void check_system(const ModalSystem& system) {
 Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega) {
   const Eigen::Index m = system.dynamic_count(), all = system.omega.size();
   Eigen::MatrixXcd transfer = Eigen::MatrixXcd::Zero(all, all);
-  if (system.damping.isDiagonal(0)) {
+  if (system.damping.isDiagonal(0) && system.stiffness.size() == 0) {
     transfer.diagonal().head(m) = (system.omega.head(m).array().square() - omega * omega +
                                    Complex(0, omega) * system.damping.diagonal().array())
                                       .inverse();
   } else {
     Eigen::MatrixXcd dynamic = Complex(0, omega) * system.damping;
     dynamic.diagonal().array() += system.omega.head(m).array().square() - omega * omega;
+    if (system.stiffness.size() > 0) dynamic += system.stiffness;
     transfer.topLeftCorner(m, m) = dynamic.partialPivLu().inverse();
   }
   for (Eigen::Index r = m; r < all; ++r) transfer(r, r) = 1 / (system.omega[r] * system.omega[r]);
@@ -106,6 +112,7 @@ Poles find_poles(const ModalSystem& system) {
     Eigen::MatrixXd state = Eigen::MatrixXd::Zero(2 * m, 2 * m);
     state.topRightCorner(m, m).diagonal().setConstant(unit);
     state.bottomLeftCorner(m, m).diagonal() = -system.omega.head(m).cwiseAbs2() / unit;
+    if (system.stiffness.size() > 0) state.bottomLeftCorner(m, m) -= system.stiffness / unit;
     state.bottomRightCorner(m, m) = -system.damping;
     // Poles that coincide have one vector between them (critical damping): a nudge parts them.
     for (Eigen::Index r = 0; r < m; ++r)
@@ -125,8 +132,8 @@ Poles find_poles(const ModalSystem& system) {
     }
     if (growth >= 0) {
       throw Error(
-          "response: the damping between the modes makes motion grow; lower the lift coefficient or the "
-          "wind");
+          "response: the wind makes motion grow (by " + brief(growth) +
+          " /s, where none may): choose more damping, less wind, stiffer wood or a lower lift coefficient");
     }
     const double omega = 0.37 * unit;
     const Eigen::MatrixXcd direct = transfer_function(system, omega).topLeftCorner(m, m);

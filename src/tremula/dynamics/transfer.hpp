@@ -11,12 +11,14 @@
 
 namespace tremula {
 
-// y'' + C y' + Omega^2 y = f for the first coordinates; the last `static_count` follow at once, y = f/omega^2
-// (static_correction.hpp).
+// y'' + C y' + (Omega^2 + K) y = f for the first coordinates; the last `static_count` follow at once, y =
+// f/omega^2 (static_correction.hpp).
 struct ModalSystem {
   Eigen::VectorXd omega;    // (m + static_count) [rad/s]
   Eigen::MatrixXd damping;  // (m x m) C: of the structure and of the wind [1/s]
   int static_count = 0;
+  Eigen::MatrixXd stiffness =
+      {};  // (m x m) K: of the wind, beside that of the structure [1/s^2]; empty: none
 
   Eigen::Index dynamic_count() const { return damping.rows(); }
 };
@@ -37,7 +39,7 @@ struct Poles {
   Eigen::VectorXcd pole;         // (2m) real parts below 0
   Eigen::MatrixXcd left, right;  // (2m x m), (m x 2m)
 };
-// Throws Error where the damping makes a system that is not stable.
+// Throws Error where damping or stiffness make a system that is not stable.
 Poles find_poles(const ModalSystem& system);
 
 // A loop of period T has a coefficient every 1/T. A resonance that is narrower falls between two of them, or

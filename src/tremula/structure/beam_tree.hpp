@@ -14,6 +14,7 @@
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/structure/material.hpp"
 #include "tremula/structure/member.hpp"
+#include "tremula/structure/sites.hpp"
 
 #include <limits>
 #include <vector>
@@ -47,7 +48,8 @@ struct BeamTree {
   std::vector<Member> members;
   std::vector<Vec3> reach;  // from the node that carries the start to the end of the branch [m]
   std::vector<Compliance> compliances;
-  std::vector<ElementMass> masses;  // of wood and of the leaves the branch carries
+  std::vector<ElementMass> masses;     // of wood and of the leaves the branch carries
+  std::vector<BladeSite> blades = {};  // the leaves, in any order
 
   int branch_count() const { return static_cast<int>(parent.size()); }
   Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(parent.size()); }

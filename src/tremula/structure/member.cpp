@@ -46,4 +46,16 @@ PointShape point_shape(const Member& member, double s) {
   return forces;
 }
 
+// The slope of the deflection v is theta x d, so theta is the twist along d and d x slope.
+PointShape turn_shape(const Member& member, double s) {
+  const Shape shape = shape_at(member.beam, s);
+  const Vec3& direction = member.direction;
+  const Mat3 along = direction * direction.transpose();
+  const Mat3 across = Mat3::Identity() - along, cross = cross_matrix(direction);
+  PointShape turning;
+  turning << -shape.slope[0] * cross, shape.torsion[0] * along + shape.slope[1] * across,
+      -shape.slope[2] * cross, shape.torsion[1] * along + shape.slope[3] * across;
+  return turning;
+}
+
 }  // namespace tremula

@@ -39,6 +39,9 @@ Vec6 foot_displacement(const Member& member, Eigen::Ref<const Eigen::VectorXd> d
 using PointShape = Eigen::Matrix<double, 12, 3>;
 PointShape point_shape(const Member& member, double s);
 
+// The rotation of the cross section at s is the transpose of this times the same displacements.
+PointShape turn_shape(const Member& member, double s);
+
 // A 6-vector at the end of a beam as along / twist scalars and two vectors across: for displacements v and
 // phi = theta x d, for wrenches the force across and moment x d, which is what does work on phi.
 struct Split {

@@ -23,7 +23,9 @@ struct BeamSites {
   Eigen::Index row_count;
 };
 
-Eigen::MatrixXd motion_of(const BeamSites& beams, std::size_t first, std::size_t last,
+// What shape says of the ends at every site.
+Eigen::MatrixXd motion_of(const BeamSites& beams, PointShape (*shape)(const Member&, double),
+                          std::size_t first, std::size_t last,
                           Eigen::Ref<const Eigen::MatrixXd> displacements) {
   check_equal("rows of the displacements", displacements.rows(), beams.row_count);
   Eigen::MatrixXd motion(3 * static_cast<Eigen::Index>(last - first), displacements.cols());
@@ -39,16 +41,16 @@ Eigen::MatrixXd motion_of(const BeamSites& beams, std::size_t first, std::size_t
       }
     }
     motion.middleRows<3>(3 * static_cast<Eigen::Index>(s - first)).noalias() =
-        point_shape(member, hold.place).transpose() * ends;
+        shape(member, hold.place).transpose() * ends;
   }
   return motion;
 }
 
 // The forces of all sites of one member as those on its two nodes, member by member.
-template <class Add>
-void for_each_member(const BeamSites& beams, const Eigen::Matrix3Xd& forces, const Add& add) {
+Eigen::VectorXd gathered(const BeamSites& beams, const Eigen::Matrix3Xd& forces) {
   check_equal("columns of the forces on the sites", forces.cols(),
               static_cast<Eigen::Index>(beams.holds.size()));
+  Eigen::VectorXd total = Eigen::VectorXd::Zero(beams.row_count);
   Eigen::Matrix<double, 12, 1> ends = Eigen::Matrix<double, 12, 1>::Zero();
   for (std::size_t s = 0; s < beams.holds.size(); ++s) {
     const Hold& hold = beams.holds[s];
@@ -58,27 +60,11 @@ void for_each_member(const BeamSites& beams, const Eigen::Matrix3Xd& forces, con
     const Vec3 at_start = ends.head<3>();
     Vec6 start;
     start << at_start, ends.segment<3>(3) + member.start_arm.cross(at_start);
-    if (member.end_row >= 0) add(hold.member, member.end_row, Vec6(ends.tail<6>()));
-    if (member.start_row >= 0) add(hold.member, member.start_row, start);
+    if (member.end_row >= 0) total.segment<6>(member.end_row) += ends.tail<6>();
+    if (member.start_row >= 0) total.segment<6>(member.start_row) += start;
     ends.setZero();
   }
-}
-
-Eigen::VectorXd gathered(const BeamSites& beams, const Eigen::Matrix3Xd& forces) {
-  Eigen::VectorXd total = Eigen::VectorXd::Zero(beams.row_count);
-  for_each_member(beams, forces,
-                  [&](int, Eigen::Index row, const Vec6& force) { total.segment<6>(row) += force; });
   return total;
-}
-
-Eigen::SparseMatrix<double> gathered_by_point(const BeamSites& beams, const Eigen::Matrix3Xd& forces) {
-  const auto count = static_cast<Eigen::Index>(beams.members.size());
-  Eigen::SparseMatrix<double> result(beams.row_count, count);
-  result.reserve(Eigen::VectorXi::Constant(count, 12));
-  for_each_member(beams, forces, [&](int member, Eigen::Index row, const Vec6& force) {
-    for (Eigen::Index i = 0; i < 6; ++i) result.insert(row + i, member) = force[i];
-  });
-  return result;
 }
 
 }  // namespace
@@ -111,30 +97,31 @@ Sites find_sites(std::span<const Member> members, std::shared_ptr<const void> ow
     const Member& member = members[k];
     const int index = static_cast<int>(k);
     result.points.col(index) = member.point(0.5);
-    result.turning_row.push_back(member.end_row >= 0 ? member.end_row : member.start_row);
     const Beam& beam = member.beam;
     for (const QuadraturePoint& point : quadrature) {
       const double diameter =
           2 * (beam.start_radius + point.position * (beam.end_radius - beam.start_radius));
       const double length = beam.length * point.weight;
-      result.sites.push_back({index, SiteKind::cylinder, member.direction, diameter * length,
+      result.sites.push_back({index, SiteKind::cylinder, member.direction, diameter * length, point.position,
                               (beam.start_radius + beam.end_radius) * length});
       beams->holds.push_back({index, point.position});
     }
     if (blades_of.empty()) continue;
     for (const std::size_t blade : blades_of[k]) {
-      result.sites.push_back({index, SiteKind::blade, blades[blade].normal, blades[blade].area, 0});
+      result.sites.push_back(
+          {index, SiteKind::blade, blades[blade].normal, blades[blade].area, blades[blade].place, 0});
       beams->holds.push_back({index, blades[blade].place});
     }
   }
   result.motion = [beams](std::size_t first, std::size_t last,
                           Eigen::Ref<const Eigen::MatrixXd> displacements) {
-    return motion_of(*beams, first, last, displacements);
+    return motion_of(*beams, point_shape, first, last, displacements);
+  };
+  result.turning = [beams](std::size_t first, std::size_t last,
+                           Eigen::Ref<const Eigen::MatrixXd> displacements) {
+    return motion_of(*beams, turn_shape, first, last, displacements);
   };
   result.gather = [beams](const Eigen::Matrix3Xd& forces) { return gathered(*beams, forces); };
-  result.gather_by_point = [beams](const Eigen::Matrix3Xd& forces) {
-    return gathered_by_point(*beams, forces);
-  };
   return result;
 }
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 
 namespace tremula {
 
@@ -24,26 +23,25 @@ struct Site {
   SiteKind kind = SiteKind::cylinder;
   Vec3 axis = Vec3::UnitZ();  // along the cylinder, or out of the blade; unit vector
   double area = 0;            // diameter times length, or one side of the blade [m^2]
+  double place = 0;           // along its member, 0 start … 1 end
   double mean_area = 0;       // the same with the mean diameter of the cylinder, as S eq. 3 has one a branch
 };
 
 // One wind a point, as S eq. 4 has one a branch, and several sites that feel it.
 struct Sites {
-  Eigen::Matrix3Xd points;                // (3 x P) at rest [m]
-  std::vector<Site> sites;                // (S) in the order of their points
-  std::vector<Eigen::Index> turning_row;  // (P) of the node whose rotation tells how far the point's sites
-                                          // have turned; -1: they do not
+  Eigen::Matrix3Xd points;  // (3 x P) [m]
+  std::vector<Site> sites;  // (S) in the order of their points
   // The translations of sites first … last - 1 when the structure moves by each column: (3 (last - first) x
   // c) [m]. Called by several threads.
   std::function<Eigen::MatrixXd(std::size_t first, std::size_t last,
                                 Eigen::Ref<const Eigen::MatrixXd> displacements)>
       motion;
-  // Its transpose: the forces on the structure's rows of forces (3 x S) [N] on all sites.
+  // Likewise the rotations of their cross sections [rad].
+  std::function<Eigen::MatrixXd(std::size_t first, std::size_t last,
+                                Eigen::Ref<const Eigen::MatrixXd> displacements)>
+      turning;
+  // The transpose of motion: the forces on the structure's rows of forces (3 x S) [N] on all sites.
   std::function<Eigen::VectorXd(const Eigen::Matrix3Xd& forces)> gather;
-  // The same by point, (rows x P): column p is what the sites of point p bring. For whoever scales them again
-  // and again.
-  std::function<Eigen::SparseMatrix<double>(const Eigen::Matrix3Xd& forces)> gather_by_point;
-
   Eigen::Index point_count() const { return points.cols(); }
 };
 

@@ -4,6 +4,7 @@
 
 #include "tremula/base/types.hpp"
 #include "tremula/structure/beam_tree.hpp"
+#include "tremula/structure/bent_tree.hpp"
 #include "tremula/structure/eigen_problem.hpp"
 #include "tremula/structure/frame.hpp"
 #include "tremula/structure/member.hpp"
@@ -56,6 +57,11 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 // Nodes and members are those of the frame; it counts as one part, even where it stands in several. Throws as
 // assemble_frame does, and InputError where the stiffness is not positive definite to working precision.
 Structure assemble(const Frame& frame, const FrameOptions& options = {});
+
+// A tree as it stands bent (bent_tree.hpp), for what is small about that: nodes, members and sites are where
+// they then are, straight between their ends. Throws InputError for a structure that is no tree and for
+// another number of branches.
+Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent);
 
 // The height of the lowest node that the ground holds [m].
 double ground_height(const Structure& structure);

@@ -1,4 +1,5 @@
 // A tree as a structure: everything by sweeps.
+#include "tremula/base/error.hpp"
 #include "tremula/structure/compliance_operator.hpp"
 #include "tremula/structure/element_blocks.hpp"
 #include "tremula/structure/independent_parts.hpp"
@@ -107,26 +108,38 @@ std::vector<Node> nodes_of(const Skeleton& skeleton) {
   return nodes;
 }
 
-}  // namespace
-
-Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
-  const Tree tree = std::make_shared<const BeamTree>(assemble_tree(skeleton, options));
+Structure structure_of(const Tree& tree, std::vector<Node> nodes) {
   Structure structure;
-  structure.nodes = nodes_of(skeleton);
+  structure.nodes = std::move(nodes);
   structure.members = tree->members;
   structure.mass = [tree](const Eigen::VectorXd& displacement) { return apply_mass(*tree, displacement); };
   structure.flexibility = [tree](const Eigen::VectorXd& force) { return solve_static(*tree, force); };
   structure.eigen = eigen_parts(tree);
-  std::vector<BladeSite> blades;
-  for (const Leaf& leaf : skeleton.leaves)
-    blades.push_back({leaf.branch, leaf.position, leaf.normal, leaf.area});
-  structure.find_sites = [tree, blades = std::move(blades)] {
-    return find_sites(tree->members, tree, blades, tree->size());
-  };
+  structure.find_sites = [tree] { return find_sites(tree->members, tree, tree->blades, tree->size()); };
   structure.find_ground_inertia = [tree] { return ground_inertia(*tree); };
   structure.row_count = tree->size();
   structure.tree = tree;
   return structure;
+}
+
+}  // namespace
+
+Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
+  return structure_of(std::make_shared<const BeamTree>(assemble_tree(skeleton, options)), nodes_of(skeleton));
+}
+
+Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent) {
+  if (!structure.tree) throw InputError("structure to bend", "a frame", "a tree");
+  BeamTree standing = tree_at(*structure.tree, bent);
+  for (BladeSite& blade : standing.blades) {
+    const auto member = static_cast<std::size_t>(blade.member);
+    blade.normal = point_on(structure.tree->members[member], bent[member], blade.place).frame * blade.normal;
+  }
+  std::vector<Node> nodes = structure.nodes;
+  for (Node& node : nodes) {
+    if (node.row >= 0) node.position = bent[static_cast<std::size_t>(node.row / 6)].end;
+  }
+  return structure_of(std::make_shared<const BeamTree>(std::move(standing)), std::move(nodes));
 }
 
 }  // namespace tremula

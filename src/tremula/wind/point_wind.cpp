@@ -13,6 +13,8 @@
 #include <string>
 #include <utility>
 
+#include <tbb/parallel_for.h>
+
 namespace tremula {
 namespace {
 
@@ -69,6 +71,17 @@ PointWind at_points(const GivenWind& wind, const TimeAxis& loop, const Eigen::Ma
                    .is_checked = true};
   result.warnings = field->warnings();
   return result;
+}
+
+// From along, across and up into world axes.
+GustStatistics statistics_at(const MeanWind& mean, const Vec3& variance, double covariance_uw,
+                             const Vec3& place) {
+  const Vec3 along = heading_direction(mean, place.z());
+  Mat3 axes;
+  axes << along, Vec3::UnitZ().cross(along), Vec3::UnitZ();
+  Mat3 covariance = variance.asDiagonal();
+  covariance(0, 2) = covariance(2, 0) = covariance_uw;
+  return {mean_velocity(mean, place.z()), axes * covariance * axes.transpose()};
 }
 
 ReferenceWind reference_of(const MeanWind& mean) { return {mean.speed, mean.reference_height, mean.heading}; }
@@ -137,7 +150,11 @@ Wind::Wind(const TurbulentWind& wind, const std::optional<WindDomain>& domain)
       at_points([wind, domain](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
         return tremula::at_points(wind, domain, loop, points);
       }) {
-  if (spectrum_variance(wind.spectrum)[0] > 0)
+  const Vec3 variance = spectrum_variance(wind.spectrum);
+  statistics = [mean = wind.mean, variance, covariance = wind.covariance_uw](const Vec3& place) {
+    return statistics_at(mean, mean_speed(mean, place.z()) > 0 ? variance : Vec3::Zero(), covariance, place);
+  };
+  if (variance[0] > 0)
     spectrum = [wind](double height, double frequency) { return spectrum_at(wind, height, frequency)[0]; };
 }
 
@@ -145,7 +162,14 @@ Wind::Wind(const StamWind& wind)
     : reference(reference_of(wind)), at_points([wind](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
         return tremula::at_points(wind, loop, points);
       }) {
-  if (wind.rows != StamRows::unit_variance || !(wind.turbulence_intensity > 0)) return;
+  const bool has_unit = wind.rows == StamRows::unit_variance;
+  const double friction_velocity =
+      has_unit ? friction_velocity_from_intensity(wind.turbulence_intensity, wind.mean.speed) : 0;
+  const Vec3 variance = Vec3(6, 2.3684, 1.6728) * friction_velocity * friction_velocity;  // errata F2
+  statistics = [mean = wind.mean, variance](const Vec3& place) {
+    return statistics_at(mean, mean_speed(mean, place.z()) > 0 ? variance : Vec3::Zero(), 0, place);
+  };
+  if (!has_unit || !(wind.turbulence_intensity > 0)) return;
   spectrum = [wind](double height, double frequency) {
     const double speed = mean_speed(wind.mean, height);
     return speed > 0 ? simiu_scanlan_spectrum(frequency, height, speed, 1)[0] : 0;
@@ -165,6 +189,31 @@ PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Ma
   PointWind result = wind.at_points(loop, points);
   if (result.is_checked) return result;
   check_own(wind.reference, result, points.cols());
+  return result;
+}
+
+std::vector<GustStatistics> statistics_of(const PointWind& wind, const TimeAxis& loop) {
+  constexpr int together = 64;
+  const Eigen::Index count = wind.mean.cols();
+  const int bins = loop.bin_count(), parts = (bins + together - 1) / together;
+  // Sums of few bins each, added up in their order, whichever thread was first.
+  std::vector<std::vector<Mat3>> sums(index_of(parts), std::vector<Mat3>(index_of(count), Mat3::Zero()));
+  tbb::parallel_for(0, parts, [&](int part) {
+    for (int bin = part * together; bin < std::min(bins, (part + 1) * together); ++bin) {
+      if (bin == 0 && !wind.has_slow_gusts) continue;
+      const Eigen::Matrix3Xcd velocity = wind.velocity(bin, 0);
+      // Bin 0 is real in the loop, sqrt(2) Re of what is drawn; the last one stands for itself.
+      const double weight = bin == 0 || 2 * bin == loop.sample_count ? 1 : 2;
+      for (Eigen::Index p = 0; p < count; ++p) {
+        sums[index_of(part)][index_of(p)] += weight * (velocity.col(p) * velocity.col(p).adjoint()).real();
+      }
+    }
+  });
+  std::vector<GustStatistics> result(index_of(count));
+  for (Eigen::Index p = 0; p < count; ++p) {
+    result[index_of(p)].mean = wind.mean.col(p);
+    for (const auto& part : sums) result[index_of(p)].covariance += part[index_of(p)];
+  }
   return result;
 }
 

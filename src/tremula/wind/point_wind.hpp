@@ -3,6 +3,7 @@
 
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/field.hpp"
+#include "tremula/wind/gust_statistics.hpp"
 #include "tremula/wind/stam_wind.hpp"
 #include "tremula/wind/turbulent_wind.hpp"
 #include "tremula/wind/turbulent_wind_at_points.hpp"
@@ -49,6 +50,9 @@ struct Wind {
   ReferenceWind reference = {};
   // S_u at a height [m] and a frequency [Hz], [(m/s)^2/Hz]; empty: not known.
   std::function<double(double height, double frequency)> spectrum = {};
+  // Mean and covariance at any place [m], z above the ground, as if loops had no end; empty: not known, and
+  // taken from at_points where it is needed.
+  std::function<GustStatistics(const Vec3& place)> statistics = {};
   // At points (3 x P) [m], z above the ground, for a loop. What it returns is checked by wind_at_points.
   std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points = {};
 
@@ -65,5 +69,8 @@ struct Wind {
 // at these points, and for what it returns: sizes, and a mean, at once; coefficients and powers that are not
 // finite when they are drawn.
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points);
+
+// Mean and covariance at its points, of the loop itself: the sum over its bins. (P)
+std::vector<GustStatistics> statistics_of(const PointWind& wind, const TimeAxis& loop);
 
 }  // namespace tremula

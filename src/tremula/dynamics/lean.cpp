@@ -1,0 +1,162 @@
+#include "tremula/dynamics/lean.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace tremula {
+namespace {
+
+std::vector<GustStatistics> wind_of_points(const WindAt& wind, const Eigen::Matrix3Xd& points) {
+  std::vector<GustStatistics> result;
+  for (Eigen::Index p = 0; p < points.cols(); ++p) result.push_back(wind(p, points.col(p)));
+  return result;
+}
+
+// (S) What the sites leave of the wind for each other. The drag of leaves that fold depends on the wind that
+// is left of `before`.
+Eigen::VectorXd shares_of_wind(const Sites& sites, const Eigen::Matrix3Xd& places,
+                               const std::vector<GustStatistics>& wind, const LoadLaw& law,
+                               const ShelterOptions& options, const Eigen::VectorXd& before) {
+  Vec3 mean = Vec3::Zero();
+  for (const GustStatistics& at_point : wind) mean += at_point.mean;
+  if (!options.on || mean.norm() == 0) return Eigen::VectorXd::Ones(before.size());
+  Eigen::VectorXd areas(before.size());
+  for (Eigen::Index s = 0; s < areas.size(); ++s) {
+    const Site& site = sites.sites[index_of(s)];
+    areas[s] = drag_area(site, before[s] * wind[index_of(site.point)].mean, law);
+  }
+  return find_shelter(places, areas, mean.normalized(), options);
+}
+
+// Where each site is on members that stand straight.
+Eigen::Matrix3Xd places_of(const Structure& structure, const Sites& sites) {
+  Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(sites.sites.size()));
+  for (Eigen::Index s = 0; s < places.cols(); ++s) {
+    const Site& site = sites.sites[index_of(s)];
+    places.col(s) = structure.members[index_of(site.point)].point(site.place);
+  }
+  return places;
+}
+
+Lean small_lean(const Structure& structure, const WindAt& wind, const LoadLaw& law,
+                const LeanOptions& options) {
+  Lean lean{.displacement = {}, .structure = structure, .sites = structure.find_sites(), .loads = {}};
+  const std::vector<GustStatistics> at_points = wind_of_points(wind, lean.sites.points);
+  const Eigen::VectorXd free = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(lean.sites.sites.size()));
+  const Eigen::VectorXd share =
+      shares_of_wind(lean.sites, places_of(structure, lean.sites), at_points, law, options.shelter, free);
+  lean.loads = find_loads(lean.sites, at_points, law, share);
+  lean.displacement = structure.flexibility(mean_force(lean.sites, lean.loads));
+  return lean;
+}
+
+// The drag on the branches of a tree, wherever they are.
+class DragOnBranches {
+ public:
+  DragOnBranches(const BeamTree& tree, const Sites& sites, const WindAt& wind, const LoadLaw& law)
+      : tree_(tree), sites_(sites), wind_(wind), law_(law), first_(tree.parent.size() + 1, 0) {
+    for (const Site& site : sites.sites) ++first_[index_of(site.point) + 1];
+    for (std::size_t k = 1; k < first_.size(); ++k) first_[k] += first_[k - 1];
+  }
+
+  EndLoads on(int k, const BentBranch& branch, const Eigen::VectorXd& share) const {
+    const Member& member = tree_.members[index_of(k)];
+    const GustStatistics here = wind_(k, point_on(member, branch, 0.5).position);
+    EndLoads loads;
+    for (std::size_t s = first_[index_of(k)]; s < first_[index_of(k) + 1]; ++s) {
+      Site site = sites_.sites[s];
+      site.axis = point_on(member, branch, site.place).frame * site.axis;
+      const SiteLoad load = load_on(site, here, share[static_cast<Eigen::Index>(s)], law_);
+      add_force(member, branch, site.place, load.mean, load.turning, loads);
+    }
+    return loads;
+  }
+
+  // What shelters what on the bent tree.
+  Eigen::VectorXd shares(const std::vector<BentBranch>& bent, const ShelterOptions& options,
+                         const Eigen::VectorXd& before) const {
+    Sites turned{.points = Eigen::Matrix3Xd(3, sites_.points.cols()),
+                 .sites = sites_.sites,
+                 .motion = {},
+                 .turning = {},
+                 .gather = {}};
+    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(turned.sites.size()));
+    for (std::size_t k = 0; k < bent.size(); ++k)
+      turned.points.col(static_cast<Eigen::Index>(k)) = point_on(tree_.members[k], bent[k], 0.5).position;
+    for (std::size_t s = 0; s < turned.sites.size(); ++s) {
+      Site& site = turned.sites[s];
+      const BentPoint point =
+          point_on(tree_.members[index_of(site.point)], bent[index_of(site.point)], site.place);
+      site.axis = point.frame * site.axis;
+      places.col(static_cast<Eigen::Index>(s)) = point.position;
+    }
+    return shares_of_wind(turned, places, wind_of_points(wind_, turned.points), law_, options, before);
+  }
+
+ private:
+  const BeamTree& tree_;
+  const Sites& sites_;
+  const WindAt& wind_;
+  const LoadLaw& law_;
+  std::vector<std::size_t> first_;  // site of every branch
+};
+
+double farthest(const std::vector<BentBranch>& a, const std::vector<BentBranch>& b) {
+  double distance = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) distance = std::max(distance, (a[k].end - b[k].end).norm());
+  return distance;
+}
+
+double size_of(const std::vector<BentBranch>& bent) {
+  Eigen::AlignedBox3d box;
+  for (const BentBranch& branch : bent) box.extend(branch.start).extend(branch.end);
+  return box.diagonal().norm();
+}
+
+// In turn, what the crown leaves of the wind and how the tree stands in it. Either hardly changes the other:
+// a few rounds do.
+Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& law,
+                const LeanOptions& options) {
+  constexpr double settled = 1e-6;  // of the size of the tree
+  constexpr int most_rounds = 12;
+  const BeamTree& tree = *structure.tree;
+  const Sites sites = structure.find_sites();
+  const DragOnBranches drag(tree, sites, wind, law);
+  Eigen::VectorXd share = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(sites.sites.size()));
+  const BranchLoads loads = [&](int k, const BentBranch& branch) { return drag.on(k, branch, share); };
+  EquilibriumOptions search;
+  std::vector<BentBranch> bent = bend(tree, Eigen::VectorXd::Zero(tree.size()));
+  const double size = size_of(bent);
+  Equilibrium rest;
+  for (int round = 0; round < most_rounds; ++round) {
+    share = drag.shares(bent, options.shelter, share);
+    rest = find_equilibrium(tree, loads, search);
+    const double moved = farthest(rest.bent, bent);
+    search.start = rest.strains;
+    bent = rest.bent;
+    if (moved < settled * size || !options.shelter.on) break;
+  }
+  Lean lean{.displacement = displacement_of(tree, bent),
+            .structure = bent_structure(structure, bent),
+            .sites = {},
+            .loads = {},
+            .strains = std::move(rest.strains),
+            .wrenches = std::move(rest.wrenches)};
+  lean.sites = lean.structure.find_sites();
+  lean.loads = find_loads(lean.sites, wind_of_points(wind, lean.sites.points), law, share);
+  return lean;
+}
+
+}  // namespace
+
+Lean find_lean(const Structure& structure, const WindAt& wind, const LoadOptions& loads,
+               const LeanOptions& options) {
+  const LoadLaw law = load_law(loads);
+  const bool bends =
+      structure.tree && options.rotations == Rotations::large && loads.model != LoadModel::paper;
+  return bends ? large_lean(structure, wind, law, options) : small_lean(structure, wind, law, options);
+}
+
+}  // namespace tremula
