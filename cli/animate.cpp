@@ -24,6 +24,9 @@ namespace tremula::cli {
 namespace {
 
 constexpr const char* wind_group = "Wind";
+const std::map<std::string, LoadModel> load_models{{"stochastic", LoadModel::stochastic},
+                                                   {"linearised", LoadModel::linearised},
+                                                   {"paper", LoadModel::paper}};
 const std::map<std::string, MorphForm> morph_forms{
     {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
 const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
@@ -62,13 +65,15 @@ struct AnimateCommand {
   std::string input, report, format;
   std::vector<std::string> outputs;
   WindFlags wind_flags;
-  std::string wind = "turbulent", loads = "linearised", transfer = "bin-averaged";
+  std::string wind = "turbulent", loads = "stochastic", transfer = "bin-averaged", pose = "bent";
   std::optional<double> correlation_time, correlation_length;  // of StamWind
-  double period = 20, frames_per_second = 30, damping_ratio = 0.05, reconfiguration_angle = 0.3;
+  double period = 20, frames_per_second = 30, damping_ratio = 0.05;
   std::optional<double> mass_damping, stiffness_damping;
   double leaf_drag_coefficient = LoadOptions{}.leaf_drag_coefficient,
-         leaf_lift_coefficient = LoadOptions{}.leaf_lift_coefficient;
-  bool no_aerodynamic_damping = false, no_static_correction = false;
+         leaf_lift_coefficient = LoadOptions{}.leaf_lift_coefficient,
+         leaf_vogel_exponent = FoliageLaw{}.vogel_exponent, leaf_folding_speed = FoliageLaw{}.folding_speed,
+         shelter_cell = ShelterOptions{}.cell;
+  bool no_aerodynamic_damping = false, no_static_correction = false, no_shelter = false;
   int mode_count = 20;
   std::string frames, morphs = "biased", compression = "quantised";
   ReadFlags read;
@@ -147,8 +152,10 @@ Weather AnimateCommand::weather(const Wind& blowing) const {
   if (structure.medium == "water") weather.loads.fluid_density = water_density;
   weather.loads.leaf_drag_coefficient = leaf_drag_coefficient;
   weather.loads.leaf_lift_coefficient = leaf_lift_coefficient;
-  weather.loads.model = loads == "paper" ? LoadModel::paper : LoadModel::linearised;
-  weather.reconfiguration.angle = reconfiguration_angle;
+  weather.loads.foliage = {leaf_vogel_exponent, leaf_folding_speed};
+  weather.loads.model = load_models.at(loads);
+  weather.lean.rotations = pose == "linear" ? Rotations::small : Rotations::large;
+  weather.lean.shelter = {.on = !no_shelter, .cell = shelter_cell};
   weather.damping = {.ratio = damping_ratio,
                      .mass_proportional = mass_damping,
                      .stiffness_proportional = stiffness_damping,
@@ -258,8 +265,10 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
       {stiffness_damping.has_value(), "given with --stiffness-damping", "one of them", {"--damping-ratio"}},
       {loads == "paper",
        "given with --loads paper, which has no leaves and no lean",
-       "--loads linearised",
-       {"--leaf-drag-coefficient", "--leaf-lift-coefficient", "--reconfiguration-angle"}},
+       "--loads stochastic",
+       {"--leaf-drag-coefficient", "--leaf-lift-coefficient", "--leaf-vogel-exponent", "--leaf-folding-speed",
+        "--no-shelter", "--shelter-cell", "--pose"}},
+      {no_shelter, "given with --no-shelter", "one of them", {"--shelter-cell"}},
   };
   refuse_idle_flags(flags, rules);
 }
@@ -327,6 +336,10 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
         {"loads", loads},
         {"leaf_drag_coefficient", leaf_drag_coefficient},
         {"leaf_lift_coefficient", leaf_lift_coefficient},
+        {"leaf_vogel_exponent", leaf_vogel_exponent},
+        {"leaf_folding_speed_m_s", leaf_folding_speed},
+        {"shelter_cell_m", no_shelter ? Json() : Json(shelter_cell)},
+        {"pose", pose},
         {"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
         {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
         {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
@@ -547,8 +560,16 @@ void add_animate(CLI::App& app) {
   sub.add_flag("--no-static-correction", command->no_static_correction,
                "Leave out the static shapes that stand for the modes beyond --modes")
       ->group(motion);
-  sub.add_option("--loads", command->loads, "linearised: drag about the mean wind; paper: eq. 3 as printed")
-      ->check(CLI::IsMember({"linearised", "paper"}))
+  sub.add_option(
+         "--loads", command->loads,
+         "stochastic: drag averaged over the gusts; linearised: about the mean wind; paper: eq. 3 as printed")
+      ->check(CLI::IsMember(load_models))
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--pose", command->pose,
+                 "bent: branches lean and sway as far as they do and keep their lengths; linear: small "
+                 "displacements superposed, eq. 1 of Stam")
+      ->check(CLI::IsMember({"bent", "linear"}))
       ->capture_default_str()
       ->group(motion);
   sub.add_option("--leaf-drag-coefficient", command->leaf_drag_coefficient,
@@ -559,8 +580,20 @@ void add_animate(CLI::App& app) {
                  "Of flat blades that stay as they are: a force along their normal")
       ->capture_default_str()
       ->group(motion);
-  sub.add_option("--reconfiguration-angle", command->reconfiguration_angle,
-                 "Rotation at which bending out of the wind has cut the drag to a quarter [rad]; 0: never")
+  sub.add_option(
+         "--leaf-vogel-exponent", command->leaf_vogel_exponent,
+         "E of leaves that fold: their drag grows with the wind to the power 2 + E when it is fast; 0: "
+         "they do not fold")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--leaf-folding-speed", command->leaf_folding_speed,
+                 "The wind at which they begin to fold [m/s]")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_flag("--no-shelter", command->no_shelter, "Every leaf and branch meets the free wind")
+      ->group(motion);
+  sub.add_option("--shelter-cell", command->shelter_cell,
+                 "Width of the wakes that leaves and branches of a crown leave behind [m]")
       ->capture_default_str()
       ->group(motion);
   command->read.add_to(sub);

@@ -1,12 +1,15 @@
 // Loads as forces on the ends of one member, for the tests.
 #pragma once
 
-#include "tremula/dynamics/loads.hpp"
+#include "tremula/dynamics/lean.hpp"
 #include "tremula/structure/structure.hpp"
 
 #include <Eigen/Core>
 
 namespace tremula::test {
+
+// What S has of the lean: small displacements, and every branch in the free wind.
+inline const LeanOptions small_and_free{.rotations = Rotations::small, .shelter = {.on = false}};
 
 // Forces and moments on the start and the end of a member whose ends are both free, from the forces on its
 // own sites; in the order of EndDisplacements.
@@ -35,7 +38,7 @@ inline Eigen::Matrix<double, 12, 3> gust_end_forces(const Structure& structure, 
   Eigen::Matrix<double, 12, 3> forces;
   for (int axis = 0; axis < 3; ++axis) {
     forces.col(axis) = end_forces(structure, sites, member, [&](std::size_t s) -> Vec3 {
-      return loads.gust_share[member] * loads.sites[s].per_velocity.col(axis);
+      return loads.sites[s].gust_share * loads.sites[s].per_velocity.col(axis);
     });
   }
   return forces;

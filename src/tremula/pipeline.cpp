@@ -66,18 +66,16 @@ WindAt wind_at(const Wind& wind, const TimeAxis& loop, double ground, const Stru
   };
 }
 
-// Modes and static shapes as the wind drives and damps them.
-ModalSystem modal_system(const Basis& basis, const Sites& sites, const Loads& loads, const Damping& damping,
-                         Rotations rotations) {
+// Modes and static shapes as the wind drives, damps and, where the structure turns out of it, stiffens them.
+ModalSystem modal_system(const Basis& basis, const Lean& lean, const Damping& damping) {
   const int static_count = basis.count(ShapeKind::static_shape), mode_count = basis.count(ShapeKind::mode);
   const Eigen::VectorXd omega = 2 * std::numbers::pi * basis.frequency.tail(mode_count + static_count);
+  const auto modes = basis.columns.middleCols(1, mode_count);
   ModalSystem system{.omega = omega,
                      .damping = structural_damping(damping, omega.head(mode_count)).asDiagonal(),
                      .static_count = static_count};
-  if (damping.aerodynamic)
-    system.damping += aerodynamic_damping(sites, loads, basis.columns.middleCols(1, mode_count));
-  if (rotations == Rotations::large)
-    system.stiffness = aerodynamic_stiffness(sites, loads, basis.columns.middleCols(1, mode_count));
+  if (damping.aerodynamic) system.damping += aerodynamic_damping(lean.sites, lean.loads, modes);
+  if (lean.strains.size() > 0) system.stiffness = aerodynamic_stiffness(lean.sites, lean.loads, modes);
   return system;
 }
 
@@ -130,8 +128,7 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
   const auto moving = basis.columns.rightCols(basis.count() - 1);
   const Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
-  const ModalSystem system =
-      modal_system(basis, lean.sites, lean.loads, weather.damping, weather.lean.rotations);  // rad/s, 1/s
+  const ModalSystem system = modal_system(basis, lean, weather.damping);                      // rad/s, 1/s
 
   tell(progress, "response");
   const BinTransfer transfer(system, weather.loop, wind.has_draws ? weather.transfer : Transfer::sampled,

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "in_wind.hpp"
 #include "trees.hpp"
 #include "tremula/modes/solve_modes.hpp"
 #include "tremula/pipeline.hpp"
@@ -88,7 +89,8 @@ Eigen::MatrixXd synthesised(const Tree& tree, const Damping& damping, Eigen::Ind
   subject.modes.frequency.conservativeResize(mode_count);
   subject.modes.shapes.conservativeResize(Eigen::NoChange, mode_count);
   const Motion motion = set_in_motion(subject, {.wind = wind_of(tree),
-                                                .reconfiguration = {.angle = 0},
+                                                .loads = {.model = LoadModel::linearised},
+                                                .lean = test::small_and_free,
                                                 .damping = damping,
                                                 .transfer = Transfer::sampled,
                                                 .static_correction = false,

@@ -100,12 +100,16 @@ TEST(Defaults, OfTheWeatherAreThatWindToTheLastBit) {
 
 TEST(Defaults, OfTheLoadsAreAirOnCylindersAndFoldedLeaves) {
   const LoadOptions loads = Weather{}.loads;
-  EXPECT_EQ(loads.model, LoadModel::linearised);
-  EXPECT_EQ(loads.fluid_density, 1.2);              // air (S section 2)
-  EXPECT_EQ(loads.branch_drag_coefficient, 1.2);    // a cylinder across the flow below the drag crisis
-  EXPECT_EQ(loads.leaf_drag_coefficient, 0.25);     // a choice: leaves that fold, plates have some 1.2
-  EXPECT_EQ(loads.leaf_lift_coefficient, 0);        // leaves that flutter have none on the average
-  EXPECT_EQ(Weather{}.reconfiguration.angle, 0.3);  // [rad] a choice: docs/theory/dynamics.md
+  EXPECT_EQ(loads.model, LoadModel::stochastic);
+  EXPECT_EQ(loads.fluid_density, 1.2);            // air (S section 2)
+  EXPECT_EQ(loads.branch_drag_coefficient, 1.2);  // a cylinder across the flow below the drag crisis
+  EXPECT_EQ(loads.leaf_drag_coefficient, 0.25);   // a choice: leaves that fold, plates have some 1.2
+  EXPECT_EQ(loads.leaf_lift_coefficient, 0);      // leaves that flutter have none on the average
+  EXPECT_EQ(loads.foliage.vogel_exponent, -0.7);  // docs/theory/dynamics.md
+  EXPECT_EQ(loads.foliage.folding_speed, 5);      // [m/s]
+  EXPECT_EQ(Weather{}.lean.rotations, Rotations::large);
+  EXPECT_TRUE(Weather{}.lean.shelter.on);
+  EXPECT_EQ(Weather{}.lean.shelter.cell, 0.5);  // [m]
 }
 
 TEST(Defaults, OfTheResponse) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "frames.hpp"
+#include "in_wind.hpp"
 #include "trees.hpp"
 #include "tremula/deformation/loop.hpp"
 #include "tremula/geometry/surface.hpp"
@@ -61,7 +62,8 @@ TEST(FrameInTheWind, StandsUnderTheMeanWindWhereItsStiffnessSays) {
   // A portal of two posts and a beam, wind across its plane: the lean is K^-1 of the drag.
   const Frame table = test::table(6, wood);
   Weather weather = breeze();
-  weather.reconfiguration.angle = 0;
+  weather.lean = test::small_and_free;
+  weather.loads.model = LoadModel::linearised;
   const Subject subject = bake(table, {.modes = {.count = 6}});
   const Motion motion = set_in_motion(subject, weather);
   const Sites sites = subject.structure.find_sites();

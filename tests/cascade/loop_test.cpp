@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "in_wind.hpp"
 #include "trees.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/deformation/loop.hpp"
@@ -248,7 +249,7 @@ TEST(Loop, WithoutGustsIsTheLeanAloneInEveryKindOfWind) {
       Weather without_gusts = weather;
       without_gusts.wind = wind;
       without_gusts.transfer = transfer;
-      without_gusts.reconfiguration.angle = 0;
+      without_gusts.lean = test::small_and_free;
       const Motion motion = set_in_motion(subject, without_gusts);
       EXPECT_LE(moving(motion).cwiseAbs().maxCoeff(), rounding) << name;
       Eigen::Matrix3Xd points = sites.points;

@@ -255,5 +255,35 @@ TEST(BinTransfer, LetsStaticCoordinatesFollowAtOnce) {
   }
 }
 
+// The same system twice: the stiffness as part of the frequencies, or beside them.
+TEST(TransferFunction, TakesAStiffnessBesideThatOfTheStructure) {
+  ModalSystem plain = coupled_system(1), with = plain;
+  with.stiffness = Eigen::Vector3d(2, -1, 5).asDiagonal();
+  plain.omega = (plain.omega.cwiseAbs2() + with.stiffness.diagonal()).cwiseSqrt();
+  const Eigen::MatrixXcd wanted = transfer_function(plain, 3.7);
+  EXPECT_LT((transfer_function(with, 3.7) - wanted).norm(), 1e-14 * wanted.norm());
+}
+
+TEST(FindPoles, OfAStiffnessThatIsNotSymmetricMakeTheTransferFunction) {
+  ModalSystem system = coupled_system(1);
+  system.stiffness.resize(3, 3);
+  system.stiffness << 0.5, 0.4, 0, -0.1, 0.2, 0.3, 0.2, 0, -0.4;
+  const Poles poles = find_poles(system);
+  const double omega = 4.1;
+  const Eigen::VectorXcd middle = (std::complex<double>(0, omega) - poles.pole.array()).inverse();
+  const Eigen::MatrixXcd sum = poles.right * middle.asDiagonal() * poles.left;
+  const Eigen::MatrixXcd wanted = transfer_function(system, omega);
+  EXPECT_LT((sum - wanted).norm(), 1e-10 * wanted.norm());
+}
+
+TEST(FindPoles, RefuseAStiffnessThatMakesMotionGrow) {
+  ModalSystem system = coupled_system(0.1);
+  system.stiffness.setZero(3, 3);
+  system.stiffness(0, 1) = 4, system.stiffness(1, 0) = -4;
+  EXPECT_THROW(find_poles(system), Error);
+  system.stiffness.setZero(2, 2);
+  EXPECT_THROW(find_poles(system), InputError);
+}
+
 }  // namespace
 }  // namespace tremula

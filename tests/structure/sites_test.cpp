@@ -93,12 +93,10 @@ TEST(FindSites, FeelTheWindInTheMiddleOfTheirMember) {
   for (const auto& [name, structure] : several()) {
     const Sites sites = structure.find_sites();
     ASSERT_EQ(sites.point_count(), static_cast<Eigen::Index>(structure.members.size()));
-    ASSERT_EQ(sites.turning_row.size(), structure.members.size());
     for (std::size_t k = 0; k < structure.members.size(); ++k) {
       const Member& member = structure.members[k];
       const Vec3 middle = 0.5 * (member.point(0) + member.point(1));
       EXPECT_LT((sites.points.col(static_cast<Eigen::Index>(k)) - middle).norm(), 1e-14) << name;
-      EXPECT_EQ(sites.turning_row[k], member.end_row >= 0 ? member.end_row : member.start_row) << name;
     }
     for (std::size_t s = 1; s < sites.sites.size(); ++s)
       EXPECT_LE(sites.sites[s - 1].point, sites.sites[s].point) << name;
@@ -178,20 +176,36 @@ TEST(Sites, GatherForcesByTheTransposeOfTheirMotion) {
   }
 }
 
-TEST(Sites, GatherByPointWhatTheyGatherWhereThePointsAreScaled) {
+TEST(SiteTurning, IsThatOfTheBodyWhereItMovesAsOne) {
   for (const auto& [name, structure] : several()) {
     const Sites sites = structure.find_sites();
-    const Eigen::Matrix3Xd forces = random_matrix(3, static_cast<Eigen::Index>(sites.sites.size()), 7);
-    const Eigen::VectorXd factors = random_matrix(sites.point_count(), 1, 9);
-    Eigen::Matrix3Xd scaled = forces;
-    for (std::size_t s = 0; s < sites.sites.size(); ++s)
-      scaled.col(static_cast<Eigen::Index>(s)) *= factors[sites.sites[s].point];
-    const Eigen::VectorXd wanted = sites.gather(scaled);
-    const Eigen::SparseMatrix<double> by_point = sites.gather_by_point(forces);
-    ASSERT_EQ(by_point.rows(), structure.size()) << name;
-    ASSERT_EQ(by_point.cols(), sites.point_count()) << name;
-    EXPECT_LT((by_point * factors - wanted).norm(), 1e-13 * wanted.norm()) << name;
-    EXPECT_THROW(sites.gather_by_point(forces.leftCols(1)), InputError) << name;
+    Eigen::VectorXd u(structure.size());
+    const Vec3 turn(0.3, -0.2, 0.5);
+    for (const Node& node : structure.nodes) {
+      if (node.row >= 0) u.segment<6>(node.row) << turn.cross(node.position), turn;
+    }
+    const Eigen::MatrixXd turning = sites.turning(0, sites.sites.size(), u);
+    for (std::size_t s = 0; s < sites.sites.size(); ++s) {
+      const Member& member = structure.members[index_of(sites.sites[s].point)];
+      if (member.start_row < 0 || member.end_row < 0) continue;
+      EXPECT_LT((turning.block<3, 1>(static_cast<Eigen::Index>(3 * s), 0) - turn).norm(), 1e-12) << name;
+    }
+  }
+}
+
+TEST(SiteTurning, AcrossTheAxisIsTheSlopeOfTheMotion) {
+  const Structure structure = assemble(test::random_tree(12, 7), {.material = wood});
+  const Eigen::VectorXd u = random_matrix(structure.size(), 1, 4);
+  for (const Member& member : structure.members) {
+    const EndDisplacements moved = end_displacements(member, u);
+    Eigen::Matrix<double, 12, 1> ends;
+    ends << moved.start_translation, moved.start_rotation, moved.end_translation, moved.end_rotation;
+    const double h = 1e-5, s = 0.37;
+    const Vec3 slope = (point_shape(member, s + h) - point_shape(member, s - h)).transpose() * ends /
+                       (2 * h * member.beam.length);
+    const Vec3 turned = turn_shape(member, s).transpose() * ends;
+    const Vec3 across = slope - slope.dot(member.direction) * member.direction;
+    EXPECT_LT((turned.cross(member.direction) - across).norm(), 1e-6 * across.norm());
   }
 }
 
@@ -206,7 +220,7 @@ TEST(Sites, OfAMemberHeldAtBothEndsNeitherMoveNorBear) {
     const Member& member = structure.members[point];
     if (member.start_row >= 0 || member.end_row >= 0) continue;
     ++held;
-    EXPECT_EQ(sites.turning_row[point], -1);
+    EXPECT_EQ(sites.turning(s, s + 1, u).norm(), 0);
     EXPECT_EQ(sites.motion(s, s + 1, u).norm(), 0);
     forces.col(static_cast<Eigen::Index>(s)) = Vec3(1, 2, 3);
   }
