@@ -15,7 +15,7 @@ namespace {
 struct Oscillator {
   static constexpr double length = 2, speed = 8, angle = 0.3, damping_ratio = 0.02, period = 600;
   Skeleton skeleton = test::straight_stem(1, length, 0.02, 0.02);
-  BakeOptions bake_options{.modes = {.count = 2}};
+  BakeOptions bake_options{.structure = test::weightless(), .modes = {.count = 2}};
   LoadOptions loads{.branch_drag_coefficient = 0};
   double stiffness, mass, drag;  // [N/m], [kg], force over the square of the speed [N s^2/m^2]
 

@@ -21,7 +21,7 @@ struct Windy {
       branch.start_radius *= 0.1;
       branch.end_radius *= 0.1;
     }
-    structure = assemble(skeleton, {});
+    structure = assemble(skeleton, test::weightless());
     Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, 60);
     wind.row(0).setConstant(speed);
     sites = structure.find_sites();
@@ -70,7 +70,7 @@ TEST(Reconfiguration, LeanIsTheEquilibriumUnderTheLoadsItLeaves) {
 TEST(Reconfiguration, GustsGrowTheLoadAsALittleMoreMeanWindDoes) {
   // One twig across the wind: what a gust adds is the derivative of the reduced mean load, lean and all.
   const Skeleton twig = test::straight_stem(1, 0.8, 0.002, 0.002);
-  const Structure structure = assemble(twig, {});
+  const Structure structure = assemble(twig, test::weightless());
   const Sites sites = structure.find_sites();
   const auto loads_at = [&](double speed) {
     return find_lean(structure, sites, linearise_loads(sites, Vec3(speed, 0, 0)), {}).loads;

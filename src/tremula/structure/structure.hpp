@@ -6,6 +6,7 @@
 #include "tremula/structure/beam_tree.hpp"
 #include "tremula/structure/eigen_problem.hpp"
 #include "tremula/structure/frame.hpp"
+#include "tremula/structure/load_margin.hpp"
 #include "tremula/structure/member.hpp"
 #include "tremula/structure/sites.hpp"
 
@@ -42,13 +43,16 @@ struct Structure {
   EigenParts eigen;
   std::function<Sites()> find_sites;                   // where the wind takes hold
   std::function<GroundInertia()> find_ground_inertia;  // how it answers to ground that speeds up
+  std::function<LoadMargin()> find_load_margin;        // none where nothing has weight: a frame, gravity 0
   Eigen::Index row_count = 0;
 
   Eigen::Index size() const { return row_count; }
 };
 
-// The nodes of a tree are its roots and then the ends of its branches; its members are the branches. Throws
-// as assemble_tree does.
+// The nodes of a tree are its roots and then the ends of its branches; its members are the branches. Under
+// gravity the skeleton is the shape that its weight has made, and stays as it is. Throws as assemble_tree
+// does, and InputError where the plant cannot carry its weight: the message names the branch and the
+// stiffness that would.
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
 // Nodes and members are those of the frame; it counts as one part, even where it stands in several. Throws as

@@ -1,10 +1,14 @@
 // A tree as a structure: everything by sweeps.
+#include "tremula/base/error.hpp"
 #include "tremula/structure/compliance_operator.hpp"
 #include "tremula/structure/element_blocks.hpp"
 #include "tremula/structure/independent_parts.hpp"
 #include "tremula/structure/mode_count.hpp"
+#include "tremula/structure/prestress.hpp"
 #include "tremula/structure/structure.hpp"
 
+#include <cmath>
+#include <cstdio>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -107,10 +111,33 @@ std::vector<Node> nodes_of(const Skeleton& skeleton) {
   return nodes;
 }
 
+[[noreturn]] void refuse_weight(const LoadMargin& margin, const StructureOptions& options) {
+  char found[120], wanted[200];
+  std::snprintf(found, sizeof found, "buckles under the weight of the plant (load margin %.3g)",
+                margin.factor);
+  if (std::isfinite(options.root.rotation) || std::isfinite(options.root.translation)) {
+    std::snprintf(wanted, sizeof wanted, "wood and roots %.3g times as stiff, or gravity 0",
+                  1 / margin.factor);
+  } else {
+    std::snprintf(wanted, sizeof wanted,
+                  "a Young's modulus of %.3g Pa or more (shear modulus in proportion), or gravity 0",
+                  options.material.youngs_modulus / margin.factor);
+  }
+  throw InputError("branch " + std::to_string(margin.branch), found, wanted);
+}
+
+BeamTree assemble_under_weight(const Skeleton& skeleton, const StructureOptions& options) {
+  BeamTree tree = assemble_tree(skeleton, options);
+  if (options.gravity == 0) return tree;
+  const bool stands = take_load(geometric_stiffness(tree, weight(skeleton, options)), tree);
+  if (!stands) refuse_weight(load_margin(tree, tree.geometric), options);
+  return tree;
+}
+
 }  // namespace
 
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
-  const Tree tree = std::make_shared<const BeamTree>(assemble_tree(skeleton, options));
+  const Tree tree = std::make_shared<const BeamTree>(assemble_under_weight(skeleton, options));
   Structure structure;
   structure.nodes = nodes_of(skeleton);
   structure.members = tree->members;
@@ -124,6 +151,9 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
     return find_sites(tree->members, tree, blades, tree->size());
   };
   structure.find_ground_inertia = [tree] { return ground_inertia(*tree); };
+  structure.find_load_margin = [tree] {
+    return tree->is_loaded() ? load_margin(*tree, tree->geometric) : LoadMargin{};
+  };
   structure.row_count = tree->size();
   return structure;
 }
