@@ -197,6 +197,12 @@ void StructureFlags::add_to(CLI::App& command) {
       .add_option("--root-translation-stiffness", root_translation_stiffness,
                   "and of this translational stiffness [N/m]; otherwise it does not shift")
       ->group(group);
+  command
+      .add_option("--gravity", gravity,
+                  "Gravity [m/s^2]: the shape in the file is the shape under its weight, which makes what "
+                  "stands sway more slowly and what hangs faster; 0: none")
+      ->capture_default_str()
+      ->group(group);
 }
 
 StructureOptions StructureFlags::options() const {
@@ -212,6 +218,7 @@ StructureOptions StructureFlags::options() const {
   options.section = section == "paper" ? Section::paper : Section::exact;
   options.rotatory_inertia = !no_rotatory_inertia;
   options.added_mass_density = medium == "water" ? water_density : 0;
+  options.gravity = gravity;
   options.root.rotation = root_rotation_stiffness.value_or(options.root.rotation);
   options.root.translation = root_translation_stiffness.value_or(options.root.translation);
   check_material(options.material);
@@ -233,6 +240,7 @@ FrameOptions StructureFlags::frame_options(const std::string& input) const {
   refuse(root_rotation_stiffness.has_value(), "--root-rotation-stiffness", "a tree: a frame is clamped");
   refuse(root_translation_stiffness.has_value(), "--root-translation-stiffness",
          "a tree: a frame is clamped");
+  refuse(gravity != none.gravity, "--gravity", "a tree: a frame is taken without its weight");
   return {.section = section == "paper" ? Section::paper : Section::exact,
           .rotatory_inertia = !no_rotatory_inertia};
 }
@@ -247,8 +255,8 @@ std::vector<bool> trunk_of(const Plant& plant) {
   return trunk_branches(plant.imported.skeleton);
 }
 
-Json describe(const StructureOptions& options) {
-  const auto stiffness = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+Json describe(const StructureOptions& options, const LoadMargin& margin) {
+  const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   return {{"material", options.material.name},
           {"youngs_modulus_pa", options.material.youngs_modulus},
           {"shear_modulus_pa", options.material.shear_modulus},
@@ -257,8 +265,10 @@ Json describe(const StructureOptions& options) {
           {"section", options.section == Section::paper ? "paper" : "exact"},
           {"rotatory_inertia", options.rotatory_inertia},
           {"added_mass_density_kg_m3", options.added_mass_density},
-          {"root_rotation_stiffness_n_m_rad", stiffness(options.root.rotation)},
-          {"root_translation_stiffness_n_m", stiffness(options.root.translation)}};
+          {"root_rotation_stiffness_n_m_rad", finite(options.root.rotation)},
+          {"root_translation_stiffness_n_m", finite(options.root.translation)},
+          {"gravity_m_s2", options.gravity},
+          {"load_margin", finite(margin.factor)}};
 }
 
 void ThreadsFlag::add_to(CLI::App& command) {

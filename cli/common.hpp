@@ -53,13 +53,14 @@ Json by_component(const Values& values) {
 }
 
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,
-// --root-rotation-stiffness, --root-translation-stiffness
+// --root-rotation-stiffness, --root-translation-stiffness, --gravity
 inline constexpr double water_density = 1000;  // [kg/m^3]
 
 struct StructureFlags {
   std::string material = "green-wood", section = "exact", medium = "air";
   std::optional<double> youngs_modulus, shear_modulus, density;
   std::optional<double> root_rotation_stiffness, root_translation_stiffness;
+  double gravity = StructureOptions{}.gravity;
   bool no_rotatory_inertia = false;
 
   void add_to(CLI::App& command);
@@ -70,7 +71,8 @@ struct StructureFlags {
 Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input);
 // Which members are trunk.
 std::vector<bool> trunk_of(const Plant& plant);
-Json describe(const StructureOptions& options);
+// The margin is that of the structure made of these.
+Json describe(const StructureOptions& options, const LoadMargin& margin);
 
 // Runs everything on this many threads; 0: as many as there are cores.
 struct ThreadsFlag {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "commands.hpp"
@@ -21,6 +22,7 @@ struct Found {
   const Plant& plant;
   Modes modes;
   ModeQuality quality;
+  LoadMargin load_margin;
   std::vector<std::string> warnings;
   Json seconds;         // of each stage
   std::string picture;  // SVG, where one is wanted
@@ -56,10 +58,12 @@ std::string as_table(const Found& found) {
   const Modes& modes = found.modes;
   const ModeQuality& quality = found.quality;
   const Eigen::MatrixX3d percent = 100 * quality.effective_mass_share();
-  std::string text = printed("%s: %d branches, %.4g kg, %d modes\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n",
-                             found.plant.name.c_str(), found.plant.imported.skeleton.branch_count(),
-                             quality.total_mass, modes.count(), "mode", "frequency_hz", "period_s",
-                             "residual", "error_bound", "kind", "mass_x_%", "mass_y_%", "mass_z_%");
+  const double margin = found.load_margin.factor;
+  std::string text = printed(
+      "%s: %d branches, %.4g kg, %d modes%s\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n",
+      found.plant.name.c_str(), found.plant.imported.skeleton.branch_count(), quality.total_mass,
+      modes.count(), std::isfinite(margin) ? printed(", load margin %.4g", margin).c_str() : "", "mode",
+      "frequency_hz", "period_s", "residual", "error_bound", "kind", "mass_x_%", "mass_y_%", "mass_z_%");
   for (int r = 0; r < modes.count(); ++r) {
     text += printed("%6d %14.6f %12.4f %11.1e %11.1e %8s %9.3f %9.3f %9.3f\n", r + 1, modes.frequency[r],
                     1 / modes.frequency[r], modes.residual[r], modes.error_bound[r],
@@ -87,7 +91,7 @@ std::string as_csv(const Found& found) {
 }
 
 Json as_json(const Found& found, const StructureOptions& structure) {
-  const auto& [plant, modes, quality, warnings, seconds, picture] = found;
+  const auto& [plant, modes, quality, load_margin, warnings, seconds, picture] = found;
   const int branches = plant.imported.skeleton.branch_count();
   const Eigen::MatrixX3d mass = quality.effective_mass(), share = quality.effective_mass_share();
   const auto three = [](const auto& row) { return Json{row[0], row[1], row[2]}; };
@@ -110,7 +114,7 @@ Json as_json(const Found& found, const StructureOptions& structure) {
   }
   return {{"branches", branches},
           {"dof", modes.shapes.rows()},
-          {"structure", plant.frame ? Json() : describe(structure)},
+          {"structure", plant.frame ? Json() : describe(structure, load_margin)},
           {"total_mass_kg", quality.total_mass},
           {"modes", list},
           {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},
@@ -175,15 +179,23 @@ Found ModesCommand::find(const Plant& plant, const StructureOptions& options, St
   log.begin("quality");
   ModeQuality quality = assess_modes(assembled, modes, trunk_of(plant));
   const double assessed = watch.lap();
+  log.begin("load margin");
+  const LoadMargin load_margin = assembled.find_load_margin();
+  const double margin_found = watch.lap();
   log.begin("plot");
   std::string picture = plot.empty() ? "" : plot_modes(assembled, modes, quality, {.title = plant.name});
   log.finish();
   std::vector<std::string> warnings;
   if (!plant.frame) warnings = plausibility(plant.imported.skeleton, options, modes.frequency[0]);
-  Json seconds = {{"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
+  Json seconds = {{"setup", setup},
+                  {"solve", solve},
+                  {"check", modes.check_seconds},
+                  {"quality", assessed},
+                  {"load_margin", margin_found}};
   return {plant,
           std::move(modes),
           std::move(quality),
+          load_margin,
           std::move(warnings),
           std::move(seconds),
           std::move(picture)};

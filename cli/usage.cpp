@@ -62,6 +62,7 @@ constexpr Quantity quantities[] = {
     {"--density", 1e-3, 1e6, "kg/m^3"},
     {"--root-rotation-stiffness", 1e-9, unbounded, "N m/rad"},
     {"--root-translation-stiffness", 1e-9, unbounded, "N/m"},
+    {"--gravity", 0, 1000, "m/s^2"},
     {"--up-to", 1e-9, 1e9, "Hz"},
     {"--tolerance", 1e-14, 1e-6, ""},
     {"--threads", 0, 1024, ""},

@@ -85,8 +85,36 @@ inline Long long_mass_product(const BeamTree& tree, const LongVector& a, const L
   return sum;
 }
 
+// a^T K_G b: the loads at the displacements, from each branch's relative displacement and its carrier's
+// rotation. 0 without loads.
+inline Long long_load_product(const BeamTree& tree, const LongVector& a, const LongVector& b) {
+  Long sum = 0;
+  for (int k = 0; k < static_cast<int>(tree.geometric.size()); ++k) {
+    const auto index = static_cast<std::size_t>(k);
+    const int parent = tree.parent[index];
+    const auto carrier = [&](const LongVector& u) -> Long3 {
+      return parent < 0 ? Long3(Long3::Zero()) : Long3(u.segment<3>(6 * parent + 3));
+    };
+    const auto relative = [&](const LongVector& u) {
+      LongVector e = u.segment<6>(6 * k);
+      if (parent >= 0) {
+        e.head<3>() -= u.segment<3>(6 * parent);
+        e.head<3>() -= carrier(u).cross(tree.reach[index].cast<Long>());
+        e.tail<3>() -= carrier(u);
+      }
+      return e;
+    };
+    const LongVector of_a = relative(a), of_b = relative(b);
+    const LongMatrix on_ends = tree.geometric[index].relative.cast<Long>();
+    const LongMatrix carried = tree.geometric[index].carried.cast<Long>();
+    sum += of_a.dot(on_ends * of_b) + carrier(a).dot(carried * of_b) + carrier(b).dot(carried * of_a);
+  }
+  return sum;
+}
+
 // Frequencies [Hz], ascending, of the best approximations that mode shapes (6N x m), displacements, allow:
-// the stiffness of a shape is that of the relative displacements of its branches.
+// the stiffness of a shape is that of the relative displacements of its branches, and of the loads that the
+// tree is under.
 inline LongVector long_frequencies(const BeamTree& tree, const Eigen::MatrixXd& shapes) {
   const Eigen::Index count = shapes.cols();
   // s of each shape: S^-1 B u, branch by branch.
@@ -121,7 +149,10 @@ inline LongVector long_frequencies(const BeamTree& tree, const Eigen::MatrixXd& 
     for (Eigen::Index q = 0; q <= r; ++q)
       mass(r, q) = mass(q, r) = long_mass_product(tree, u.col(r), u.col(q));
   }
-  const LongMatrix gram = s.transpose() * s;
+  LongMatrix gram = s.transpose() * s;
+  for (Eigen::Index r = 0; r < count; ++r) {
+    for (Eigen::Index q = 0; q < count; ++q) gram(r, q) += long_load_product(tree, u.col(r), u.col(q));
+  }
   // The operator's Ritz values are omega^-2.
   const Eigen::GeneralizedSelfAdjointEigenSolver<LongMatrix> solver(mass, gram, Eigen::EigenvaluesOnly);
   return (1 / solver.eigenvalues().reverse().array().sqrt() / (2 * std::numbers::pi_v<Long>)).matrix();

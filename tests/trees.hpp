@@ -3,6 +3,7 @@
 
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/numerics/random.hpp"
+#include "tremula/structure/beam_tree.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -12,6 +13,12 @@
 #include <string>
 
 namespace tremula::test {
+
+// For closed forms that know nothing of weight, and for trees that could not stand under theirs.
+inline StructureOptions weightless(StructureOptions options = {}) {
+  options.gravity = 0;
+  return options;
+}
 
 inline Branch make_branch(int start_node, const Vec3& start, const Vec3& end, double start_radius,
                           double end_radius) {

@@ -12,6 +12,7 @@
 #include "tremula/pipeline.hpp"
 #include "tremula/reference/newmark.hpp"
 #include "tremula/reference/sparse_matrices.hpp"
+#include "tremula/structure/prestress.hpp"
 #include "tremula/wind/stam_wind.hpp"
 
 namespace tremula {
@@ -52,7 +53,7 @@ Tree in_the_wind(const Skeleton& skeleton) {
   Tree tree;
   tree.structure = assemble(skeleton, {});
   tree.sites = tree.structure.find_sites();
-  tree.matrices = assemble_sparse(assemble_tree(skeleton, {}));
+  tree.matrices = assemble_sparse(under_load(assemble_tree(skeleton, {}), weight(skeleton, {})));
   tree.modes = solve_modes(tree.structure, {.count = all_modes});
   const StamWind wind{.mean = {.speed = 7, .heading = 30}, .turbulence_intensity = 0.25, .seed = 11};
   const Eigen::Matrix3Xd& points = tree.sites.points;

@@ -35,9 +35,16 @@ Weather weather() {
   return weather;
 }
 
-TEST(PinnedMotion, OfATreeIsWhatItWas) {
+TEST(PinnedMotion, OfATreeWithoutWeightIsWhatItWas) {
   const Skeleton tree = grow(parse_lsystem(find_preset("stam-17").text, "stam-17")).skeleton;
-  EXPECT_EQ(fingerprint(set_in_motion(bake(tree, {.modes = {.count = 6}}), weather())), 6726828910428742174U);
+  EXPECT_EQ(
+      fingerprint(set_in_motion(bake(tree, {.structure = {.gravity = 0}, .modes = {.count = 6}}), weather())),
+      6726828910428742174U);
+}
+
+TEST(PinnedMotion, OfATreeUnderItsWeightIsWhatItWas) {
+  const Skeleton tree = grow(parse_lsystem(find_preset("stam-17").text, "stam-17")).skeleton;
+  EXPECT_EQ(fingerprint(set_in_motion(bake(tree, {.modes = {.count = 6}}), weather())), 0U);
 }
 
 TEST(PinnedMotion, OfAFrameIsWhatItWas) {
@@ -48,7 +55,7 @@ TEST(PinnedMotion, OfAFrameIsWhatItWas) {
 
 TEST(PinnedMotion, KnowsAChangeOfAMillionthOfAMetre) {
   const Skeleton tree = grow(parse_lsystem(find_preset("stam-17").text, "stam-17")).skeleton;
-  Motion motion = set_in_motion(bake(tree, {.modes = {.count = 6}}), weather());
+  Motion motion = set_in_motion(bake(tree, {.structure = {.gravity = 0}, .modes = {.count = 6}}), weather());
   const std::uint64_t before = fingerprint(motion);
   motion.basis.columns(7, 0) += 1e-6;
   EXPECT_NE(fingerprint(motion), before);

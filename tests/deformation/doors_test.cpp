@@ -19,7 +19,7 @@ Basis basis_of(const Structure& structure, int mode_count) {
 
 struct Scene {
   Skeleton skeleton = test::random_tree(6, 2);
-  Structure structure = assemble(skeleton, {});
+  Structure structure = assemble(skeleton, test::weightless());
   Motion motion{.period = 2, .basis = basis_of(structure, 3), .coordinates = Eigen::MatrixXd::Ones(8, 4)};
 };
 
@@ -92,7 +92,7 @@ TEST(DeformSurface, RefusesSurfacesOfOtherPlants) {
   EXPECT_THROW(deform_surface(scene.structure, bad, still), InputError);
   for (const Eigen::Index rows : {0, 12, 42})
     EXPECT_THROW(deform_surface(scene.structure, surface, Eigen::VectorXd::Zero(rows)), InputError) << rows;
-  const Structure other = assemble(test::random_tree(9, 2), {});
+  const Structure other = assemble(test::random_tree(9, 2), test::weightless());
   EXPECT_THROW(deform_surface(other, surface, still), InputError);
   const Loop nothing;
   EXPECT_THROW(make_morph_targets(nothing, MorphForm::paired), Error);

@@ -20,7 +20,8 @@ struct Case {
   Motion motion{.period = 3, .basis = {}, .coordinates = Eigen::MatrixXd::Random(10, 5)};
   LoopFacts facts{.name = "plant", .frames_per_second = 10, .wind_speed = 7, .heading = 40, .seed = 3};
 
-  explicit Case(const RootSpring& root = {}) : structure(assemble(skeleton, {.root = root})) {
+  explicit Case(const RootSpring& root = {})
+      : structure(assemble(skeleton, test::weightless({.root = root}))) {
     const Eigen::Index rows = structure.size();
     Modes modes;
     modes.frequency = Eigen::Vector3d(1, 2, 3);
@@ -164,7 +165,7 @@ TEST(MakeLoop, RefusesTheSurfaceAndTheMotionOfAnotherStructure) {
   EXPECT_THROW(make([&](Case& c) { c.surface = mesh_surface(larger); }), InputError);
   EXPECT_THROW(make([](Case& c) { c.surface.branch.front() = -1; }), InputError);
   for (const Skeleton* other : {&larger, &smaller})
-    EXPECT_THROW(make([&](Case& c) { c.structure = assemble(*other, {}); }), InputError);
+    EXPECT_THROW(make([&](Case& c) { c.structure = assemble(*other, test::weightless()); }), InputError);
   EXPECT_THROW(make([](Case& c) { c.motion.basis.columns.conservativeResize(6, 5); }), InputError);
   EXPECT_THROW(make([](Case& c) { c.motion.coordinates.conservativeResize(10, 4); }), InputError);
   EXPECT_THROW(make([](Case& c) { c.motion.coordinates.resize(0, 5); }), InputError);

@@ -36,7 +36,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, int what)
 struct Case {
   Skeleton skeleton = test::random_tree(12, 3);
   Surface surface;
-  Structure structure = assemble(skeleton, {});
+  Structure structure = assemble(skeleton, test::weightless());
   Motion motion;
 
   explicit Case(int mode_count = 4, int sample_count = 30) {
@@ -268,7 +268,7 @@ TEST(MorphTargets, BiasedWeightsSpanZeroToOneAroundTheirRest) {
 TEST(MorphTargets, TakeTheFootOfAStemOnASpringAlong) {
   Case c;
   EXPECT_EQ(c.morphs(MorphForm::paired).shapes[0].position[0].norm(), 0);
-  c.structure = assemble(c.skeleton, {.root = {.rotation = 1e4}});
+  c.structure = assemble(c.skeleton, test::weightless({.root = {.rotation = 1e4}}));
   const MorphTargets morphs = c.morphs(MorphForm::paired);
   const SurfaceDelta lean = deform_surface(c.structure, c.surface, lean_of(c.motion.basis));
   EXPECT_EQ(morphs.shapes[0].position, lean.position);
@@ -359,7 +359,7 @@ TEST(MorphTargets, StagesThatDoNotFitAreRejected) {
               HasSubstr("kinds of the shapes: 4, wanted 5"));
   EXPECT_THAT(message([](Case& c) { c.motion.coordinates.resize(0, 5); }),
               HasSubstr("samples of the motion: 0"));
-  EXPECT_THAT(message([](Case& c) { c.structure = assemble(test::random_tree(11, 3), {}); }),
+  EXPECT_THAT(message([](Case& c) { c.structure = assemble(test::random_tree(11, 3), test::weightless()); }),
               HasSubstr("rows of the motion: 72, wanted 66"));
   EXPECT_THAT(message([](Case& c) { c.surface.branch[5] = 12; }), HasSubstr("branch of a vertex: 12"));
   EXPECT_THAT(message([](Case& c) { c.motion.coordinates(3, 2) = nan; }), HasSubstr("not finite"));

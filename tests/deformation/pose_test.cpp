@@ -31,7 +31,7 @@ Eigen::Matrix<double, 3, 12> interpolation(double s, double l) {
 
 TEST(MemberPoint, IsEquation1) {
   const Skeleton skeleton = test::random_tree(9, 3);
-  const Structure clamped = assemble(skeleton, {});
+  const Structure clamped = assemble(skeleton, test::weightless());
   const Eigen::VectorXd u = 0.01 * Eigen::VectorXd::Random(6 * 9);
   for (int k = 1; k < 9; ++k) {
     const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
@@ -56,7 +56,7 @@ TEST(MemberPoint, IsEquation1) {
 
 TEST(MemberPoint, PassesThroughItsNodesWithTheirRotations) {
   const Skeleton skeleton = test::random_tree(9, 3);
-  const Structure clamped = assemble(skeleton, {});
+  const Structure clamped = assemble(skeleton, test::weightless());
   const Eigen::VectorXd u = Eigen::VectorXd::Random(6 * 9);
   for (int k = 1; k < 9; ++k) {
     const MemberPoint start = member_point(clamped.members[static_cast<std::size_t>(k)], u, 0),
@@ -70,7 +70,7 @@ TEST(MemberPoint, PassesThroughItsNodesWithTheirRotations) {
 
 TEST(MemberPoint, RotationIsTheSlopeOfTheCurve) {
   const Skeleton skeleton = test::random_tree(4, 3);
-  const Structure clamped = assemble(skeleton, {});
+  const Structure clamped = assemble(skeleton, test::weightless());
   const Eigen::VectorXd u = Eigen::VectorXd::Random(24);
   const Branch& branch = skeleton.branches[2];
   const Vec3 direction = (branch.end - branch.start).normalized();
@@ -87,7 +87,7 @@ TEST(MemberPoint, RigidMotionOfAllNodesIsARigidMotionOfAllPoints) {
   for (Branch& branch : skeleton.branches) {  // starts beside their nodes are carried too
     if (branch.start_node > 0) branch.start += Vec3(0.02, 0, 0.01);
   }
-  const Structure clamped = assemble(skeleton, {});
+  const Structure clamped = assemble(skeleton, test::weightless());
   const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
   Eigen::VectorXd u(6 * 9);
   for (int k = 0; k < 9; ++k) {
@@ -106,8 +106,9 @@ TEST(MemberPoint, RigidMotionOfAllNodesIsARigidMotionOfAllPoints) {
 // On springs far softer than the wood, a plant that turns and shifts as one takes its foot along.
 TEST(MemberPoint, OnASoftRootTheFirstBranchMovesRigidlyWithTheRest) {
   const Skeleton skeleton = test::random_tree(9, 3);
-  const Structure structure = assemble(skeleton, {.root = {.translation = 1e-6, .rotation = 1e-6}});
-  const Structure clamped = assemble(skeleton, {});
+  const Structure structure =
+      assemble(skeleton, test::weightless({.root = {.translation = 1e-6, .rotation = 1e-6}}));
+  const Structure clamped = assemble(skeleton, test::weightless());
   const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
   Eigen::VectorXd u(6 * 9);
   for (int k = 0; k < 9; ++k) {
@@ -147,7 +148,7 @@ TEST(DeformSurface, IsLinearInTheDisplacement) {
   const Skeleton skeleton = test::random_tree(9, 3);
   const Surface surface = points_on(skeleton);
   const Eigen::VectorXd a = Eigen::VectorXd::Random(54), b = Eigen::VectorXd::Random(54);
-  const Structure clamped = assemble(skeleton, {});
+  const Structure clamped = assemble(skeleton, test::weightless());
   const SurfaceDelta of_a = deform_surface(clamped, surface, a), of_b = deform_surface(clamped, surface, b);
   const SurfaceDelta of_sum = deform_surface(clamped, surface, 2 * a - b);
   for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
@@ -160,8 +161,8 @@ TEST(DeformSurface, CarriesRingsAroundTheirAxis) {
   const Skeleton skeleton = test::random_tree(3, 3);
   const Surface surface = points_on(skeleton);
   const Eigen::VectorXd u = 0.1 * Eigen::VectorXd::Random(18);
-  for (const Structure& structure :
-       {assemble(skeleton, {}), assemble(skeleton, {.root = {.rotation = 1e4}})}) {
+  for (const Structure& structure : {assemble(skeleton, test::weightless()),
+                                     assemble(skeleton, test::weightless({.root = {.rotation = 1e4}}))}) {
     const SurfaceDelta delta = deform_surface(structure, surface, u);
     for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
       const MemberPoint point = member_point(structure.members[static_cast<std::size_t>(surface.branch[i])],
@@ -177,7 +178,8 @@ TEST(DeformSurface, CarriesRingsAroundTheirAxis) {
 TEST(DeformSurface, ARigidMotionTurnsNormalsAndCarriesPositionsAsOne) {
   const Skeleton skeleton = test::awkward_tree();
   // On springs far softer than the wood, so that the feet come along.
-  const Structure soft = assemble(skeleton, {.root = {.translation = 1e-6, .rotation = 1e-6}});
+  const Structure soft =
+      assemble(skeleton, test::weightless({.root = {.translation = 1e-6, .rotation = 1e-6}}));
   const Surface surface = mesh_surface(skeleton);
   const Vec3 translation(0.1, -0.2, 0.3), rotation(0.01, 0.02, -0.03);
   Eigen::VectorXd u(6 * skeleton.branch_count());
@@ -213,7 +215,7 @@ std::vector<Vec3> mesh_normals(const Surface& surface, const SurfaceDelta& delta
 // How far the change of normals is from the derivative of those of the moving mesh, as a part of the largest.
 double normal_error(const Skeleton& skeleton, const Surface& surface, const Eigen::VectorXd& u,
                     const std::function<bool(std::size_t)>& counts) {
-  const SurfaceDelta delta = deform_surface(assemble(skeleton, {}), surface, u);
+  const SurfaceDelta delta = deform_surface(assemble(skeleton, test::weightless()), surface, u);
   const double h = 1e-2;  // positions are floats
   const std::vector<Vec3> before = mesh_normals(surface, delta, -h), after = mesh_normals(surface, delta, h);
   double worst = 0, largest = 0;

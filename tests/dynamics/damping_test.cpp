@@ -25,7 +25,7 @@ TEST(AerodynamicDamping, OfARowOfCylindersIsTheClosedForm) {
   const double radius = 0.02, speed = 7, density = 1.2, drag = 1.1;
   const Skeleton stem = test::straight_stem(24, 3, radius, radius);
   const Material wood = find_material("birch");
-  const Structure structure = assemble(stem, {.material = wood, .rotatory_inertia = false});
+  const Structure structure = assemble(stem, test::weightless({.material = wood, .rotatory_inertia = false}));
   const Sites sites = structure.find_sites();
   const Loads loads = linearise_loads(sites, steady({speed, 0, 0}, 24),
                                       {.fluid_density = density, .branch_drag_coefficient = drag});
@@ -44,7 +44,7 @@ TEST(AerodynamicDamping, OfARowOfCylindersIsTheClosedForm) {
 
 TEST(AerodynamicDamping, TakesEnergyFromEveryMotion) {
   const Skeleton skeleton = test::awkward_tree();
-  const Structure structure = assemble(skeleton, {});
+  const Structure structure = assemble(skeleton, test::weightless());
   const Sites sites = structure.find_sites();
   const Loads loads = linearise_loads(sites, steady({5, 1, 0}, skeleton.branch_count()));
   const Modes modes = solve_modes(structure, {.count = 8});
@@ -65,7 +65,7 @@ TEST(AerodynamicDamping, OfALeafIsItsDragAtItsPlace) {
   leaf.area = 0.01;
   leaf.mass = 0.002;
   skeleton.leaves.push_back(leaf);
-  const Structure structure = assemble(skeleton, {});
+  const Structure structure = assemble(skeleton, test::weightless());
   const Sites sites = structure.find_sites();
   const LoadOptions options{.branch_drag_coefficient = 0, .leaf_drag_coefficient = 0.4};
   const Loads loads = linearise_loads(sites, steady({8, 0, 0}, 2), options);
@@ -79,7 +79,7 @@ TEST(AerodynamicDamping, OfALeafIsItsDragAtItsPlace) {
 
 TEST(AerodynamicDamping, IsNoneWithoutWindAndForLoadsAsPrinted) {
   const Skeleton skeleton = test::random_tree(12, 2);
-  const Structure structure = assemble(skeleton, {});
+  const Structure structure = assemble(skeleton, test::weightless());
   const Sites sites = structure.find_sites();
   const Modes modes = solve_modes(structure, {.count = 3});
   const Loads calm = linearise_loads(sites, steady(Vec3::Zero(), 12));

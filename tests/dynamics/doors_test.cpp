@@ -18,7 +18,7 @@ namespace {
 
 struct Scene {
   Skeleton skeleton = test::random_tree(6, 2);
-  Structure structure = assemble(skeleton, {});
+  Structure structure = assemble(skeleton, test::weightless());
   Modes modes = solve_modes(structure, {.count = 3});
   Sites sites = structure.find_sites();
   Loads loads = linearise_loads(sites, Eigen::Matrix3Xd::Ones(3, 6));
@@ -26,7 +26,7 @@ struct Scene {
 
 TEST(Dynamics, RefusesLoadsOfAnotherPlant) {
   const Scene own;
-  const Structure structure = assemble(test::random_tree(9, 2), {});
+  const Structure structure = assemble(test::random_tree(9, 2), test::weightless());
   const Sites sites = structure.find_sites();
   const Loads& loads = own.loads;
   EXPECT_THROW(linearise_loads(own.sites, Eigen::Matrix3Xd::Ones(3, 5)), InputError);

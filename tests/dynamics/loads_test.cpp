@@ -24,7 +24,7 @@ struct OneBranch {
     skeleton.roots.push_back(-Vec3::UnitZ());
     skeleton.branches.push_back(test::make_branch(0, -Vec3::UnitZ(), Vec3::Zero(), 0.03, 0.03));
     skeleton.branches.push_back(test::make_branch(1, Vec3::Zero(), end, 0.03, end_radius));
-    structure = assemble(skeleton, {.material = wood});
+    structure = assemble(skeleton, test::weightless({.material = wood}));
   }
   const Member& branch() const { return structure.members[1]; }
   Loads loads(const LoadOptions& options = {}) const {
@@ -93,7 +93,7 @@ TEST(Loads, AreTheDerivativeOfTheDrag) {
   leaf.position = 0.7;
   leaf.area = 0.01;
   one.skeleton.leaves.push_back(leaf);
-  one.structure = assemble(one.skeleton, {.material = wood});
+  one.structure = assemble(one.skeleton, test::weightless({.material = wood}));
   for (int axis = 0; axis < 3; ++axis) {
     const double h = 1e-6;
     OneBranch more = one, less = one;
@@ -110,7 +110,7 @@ TEST(Loads, BendATipAsTheClosedFormOfAUniformLoadSays) {
   const double q = 0.5 * 1.2 * 1.2 * 2 * r * speed * speed;
   for (const int pieces : {1, 10}) {
     const Skeleton stem = test::straight_stem(pieces, L, r, r);
-    const Structure structure = assemble(stem, {.material = wood});
+    const Structure structure = assemble(stem, test::weightless({.material = wood}));
     Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, pieces);
     wind.row(0).setConstant(speed);
     const Sites sites = structure.find_sites();
@@ -125,7 +125,7 @@ TEST(Loads, OnASpringBendATipByWhatTheFootGivesWayToo) {
   const RootSpring spring{.translation = 700, .rotation = 900};
   for (const int pieces : {1, 10}) {
     const Skeleton stem = test::straight_stem(pieces, L, r, r);
-    const Structure structure = assemble(stem, {.material = wood, .root = spring});
+    const Structure structure = assemble(stem, test::weightless({.material = wood, .root = spring}));
     Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, pieces);
     wind.row(0).setConstant(speed);
     const Sites sites = structure.find_sites();
@@ -147,7 +147,7 @@ TEST(Loads, VanishForWindAlongABranchAndForNoWind) {
 TEST(ModalParticipation, IsTheWorkOfTheNodalForces) {
   const Skeleton skeleton = test::random_tree(14, 3);
   for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e3, .rotation = 1e3}}) {
-    const Structure structure = assemble(skeleton, {.material = wood, .root = root});
+    const Structure structure = assemble(skeleton, test::weightless({.material = wood, .root = root}));
     const Eigen::Matrix3Xd mean = Eigen::Matrix3Xd::Random(3, 14);
     const Sites sites = structure.find_sites();
     const Loads loads = linearise_loads(sites, mean);
@@ -181,7 +181,7 @@ TEST(Loads, OfAFlatBladeHaveALiftAcrossTheWindAndTheSlopeOfTheirOwnMean) {
   leaf.area = 0.03;
   leaf.mass = 0.001;
   skeleton.leaves.push_back(leaf);
-  const Structure structure = assemble(skeleton, {.material = wood});
+  const Structure structure = assemble(skeleton, test::weightless({.material = wood}));
   const LoadOptions options{
       .branch_drag_coefficient = 0, .leaf_drag_coefficient = 0, .leaf_lift_coefficient = 0.7};
   const Sites sites = structure.find_sites();

@@ -14,7 +14,7 @@ namespace {
 
 // A lean and three shapes, modes and a static one, that move at random.
 struct Case {
-  Structure structure = assemble(test::straight_stem(4, 2, 0.02, 0.01), {});
+  Structure structure = assemble(test::straight_stem(4, 2, 0.02, 0.01), test::weightless());
   Motion motion{2,
                 {{ShapeKind::lean, ShapeKind::mode, ShapeKind::mode, ShapeKind::static_shape},
                  Eigen::VectorXd::Ones(4),
@@ -74,7 +74,8 @@ TEST(MotionStatistics, HaveTheLargestLean) {
 // A stem whose one mode turns it about its foot by a radian, without bending it.
 Case turning_stem(double root_stiffness) {
   Case c;
-  c.structure = assemble(test::straight_stem(4, 2, 0.02, 0.01), {.root = {.rotation = root_stiffness}});
+  c.structure = assemble(test::straight_stem(4, 2, 0.02, 0.01),
+                         test::weightless({.root = {.rotation = root_stiffness}}));
   c.motion = {2,
               {{ShapeKind::lean, ShapeKind::mode}, Eigen::VectorXd::Ones(2), Eigen::MatrixXd::Zero(24, 2)},
               Eigen::MatrixXd::Zero(40, 2)};
@@ -99,7 +100,8 @@ TEST(MotionStatistics, OfAStemTurnedByAnAngleStretchItByTheTangentInsteadOfTheAr
 
 TEST(MotionStatistics, OfAStemThatSlidesOnItsRootHaveNoStretch) {
   Case c = turning_stem(1);
-  c.structure = assemble(test::straight_stem(4, 2, 0.02, 0.01), {.root = {.translation = 1e-9}});
+  c.structure =
+      assemble(test::straight_stem(4, 2, 0.02, 0.01), test::weightless({.root = {.translation = 1e-9}}));
   c.motion.basis.columns.setZero();
   for (int k = 0; k < 4; ++k) c.motion.basis.columns(6 * k, 1) = 1;
   c.motion.coordinates(7, 1) = 3;
@@ -114,8 +116,9 @@ TEST(MotionStatistics, RefuseWhatIsNoNumberAndWhatBelongsToAnotherPlant) {
   infinite.motion.basis.columns(5, 0) = std::numeric_limits<double>::infinity();
   EXPECT_THROW(motion_statistics(infinite.structure, infinite.motion), InputError);
   const Case other;
-  EXPECT_THROW(motion_statistics(assemble(test::straight_stem(3, 2, 0.02, 0.01), {}), other.motion),
-               InputError);
+  EXPECT_THROW(
+      motion_statistics(assemble(test::straight_stem(3, 2, 0.02, 0.01), test::weightless()), other.motion),
+      InputError);
   Motion fewer = other.motion;
   fewer.basis.columns.conservativeResize(Eigen::NoChange, 3);
   EXPECT_THROW(motion_statistics(other.structure, fewer), InputError);

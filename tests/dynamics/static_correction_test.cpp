@@ -33,7 +33,7 @@ struct Joined {
 
 Case tree_in_wind() {
   const Skeleton skeleton = test::awkward_tree();
-  const Structure structure = assemble(skeleton, {});
+  const Structure structure = assemble(skeleton, test::weightless());
   Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, skeleton.branch_count());
   wind.row(0).setConstant(6);
   wind.row(1).setConstant(1);
@@ -86,7 +86,7 @@ TEST(StaticShapes, AreNoneWhereTheModesAreAll) {
 
 TEST(StaticShapes, AreNoneWithoutWind) {
   const Skeleton skeleton = test::random_tree(10, 1);
-  const Structure structure = assemble(skeleton, {});
+  const Structure structure = assemble(skeleton, test::weightless());
   const Sites sites = structure.find_sites();
   const Loads calm = linearise_loads(sites, Eigen::Matrix3Xd::Zero(3, 10));
   EXPECT_EQ(static_shapes(structure, sites, calm, solve_modes(structure, {.count = 2})).count(), 0);

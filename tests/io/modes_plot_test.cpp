@@ -44,7 +44,7 @@ void add_segments(const std::string& path, Segments& segments) {
 
 Drawn draw(const Skeleton& skeleton, int count, const ModesPlotOptions& options = {},
            const RootSpring& root = {}) {
-  const Structure structure = assemble(skeleton, {.root = root});
+  const Structure structure = assemble(skeleton, test::weightless({.root = root}));
   Drawn drawn;
   drawn.modes = solve_modes(structure, {.count = count});
   drawn.quality = assess_modes(structure, drawn.modes, trunk_branches(skeleton));

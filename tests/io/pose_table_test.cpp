@@ -17,7 +17,7 @@ namespace {
 
 struct Case {
   Skeleton skeleton = test::random_tree(4, 2);
-  Structure structure = assemble(skeleton, {});
+  Structure structure = assemble(skeleton, test::weightless());
   Motion motion{.period = 3, .basis = {}, .coordinates = Eigen::MatrixXd::Ones(6, 3)};
   Case() {
     Modes modes;
@@ -65,7 +65,7 @@ TEST(EncodePoseTable, SaysWhereEveryNodeIsToTheLastBit) {
 // As the skin has it, in every other file.
 TEST(EncodePoseTable, ARootOnASpringMovesAsTheFootOfItsStem) {
   Case c;
-  c.structure = assemble(c.skeleton, {.root = {.translation = 1e5, .rotation = 1e4}});
+  c.structure = assemble(c.skeleton, test::weightless({.root = {.translation = 1e5, .rotation = 1e4}}));
   const int frames[] = {4};
   std::istringstream text(encode_pose_table(c.loop(), frames));
   std::string row;

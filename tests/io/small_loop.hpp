@@ -20,7 +20,7 @@ inline Eigen::MatrixXd numbers(Eigen::Index rows, Eigen::Index columns, double w
 
 inline Loop small_loop() {
   const Skeleton skeleton = awkward_tree();
-  const Structure structure = assemble(skeleton, {.root = {.rotation = 1e4}});
+  const Structure structure = assemble(skeleton, test::weightless({.root = {.rotation = 1e4}}));
   const Modes modes = solve_modes(structure, {.count = small_loop_modes});
   const Eigen::Index rows = structure.size();
   const StaticShapes more{Eigen::Vector3d(50, 60, 70), numbers(rows, 3, 0)};

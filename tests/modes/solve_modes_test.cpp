@@ -44,7 +44,7 @@ TEST(SolveModes, AgreesWithTheLongDoubleReferenceForEveryMaterialAndSection) {
     options.material = {"reference", set["youngs_modulus"], set["shear_modulus"], set["density"], ""};
     options.section = set["section_factor"] == 4.0 ? Section::paper : Section::exact;
     options.rotatory_inertia = set["rotatory_inertia"];
-    const Structure structure = assemble(skeleton, options);
+    const Structure structure = assemble(skeleton, test::weightless(options));
     for (const ModeMethod method : {ModeMethod::dense, ModeMethod::iterative}) {
       const Modes modes = solve_modes(structure, {.count = 40, .method = method});
       for (int r = 0; r < 40; ++r) {
@@ -76,7 +76,7 @@ struct StemFrequencies {
 
 StemFrequencies stem_frequencies(const Skeleton& stem, const StructureOptions& options,
                                  int count = all_modes) {
-  const Structure structure = assemble(stem, options);
+  const Structure structure = assemble(stem, test::weightless(options));
   const Modes modes = solve_modes(structure, {.count = count});
   StemFrequencies result;
   for (int r = 0; r < modes.count(); ++r) {
@@ -201,7 +201,8 @@ TEST(SolveModes, OfAStemOnATranslationalSpringAreTheRootsOfItsFrequencyEquation)
 TEST(SolveModes, OfATreeOnAVerySoftSpringAreThoseOfARigidPendulum) {
   const double k = 1e-3;
   const Skeleton skeleton = test::random_tree(30, 6);
-  const Structure structure = assemble(skeleton, {.material = wood, .root = {.rotation = k}});
+  const Structure structure =
+      assemble(skeleton, test::weightless({.material = wood, .root = {.rotation = k}}));
   Mat3 inertia = Mat3::Zero();  // about the root, by turning the whole tree rigidly; it has one stem
   Eigen::MatrixXd turns(structure.size(), 3);
   for (int axis = 0; axis < 3; ++axis) {
@@ -229,14 +230,16 @@ TEST(SolveModes, OfATreeOnAVerySoftSpringAreThoseOfARigidPendulum) {
 
 TEST(SolveModes, OnASpringShapesAreOrthonormalAndNoneIsMissing) {
   const Structure structure =
-      assemble(test::awkward_tree(), {.material = wood, .root = {.translation = 1e5, .rotation = 1e3}});
+      assemble(test::awkward_tree(),
+               test::weightless({.material = wood, .root = {.translation = 1e5, .rotation = 1e3}}));
   const Modes modes = solve_modes(structure, {.count = 20, .method = ModeMethod::iterative});
   EXPECT_EQ(modes.count_below, modes.count_by_inertia);
   for (int r = 0; r < 20; ++r) {
     const Eigen::VectorXd inertia = structure.mass(modes.shapes.col(r));
     for (int c = 0; c < 20; ++c) EXPECT_NEAR(modes.shapes.col(c).dot(inertia), r == c ? 1 : 0, 1e-11);
   }
-  const Modes clamped = solve_modes(assemble(test::awkward_tree(), {.material = wood}), {.count = 20});
+  const Modes clamped =
+      solve_modes(assemble(test::awkward_tree(), test::weightless({.material = wood})), {.count = 20});
   for (int r = 0; r < 20; ++r) EXPECT_LT(modes.frequency[r], clamped.frequency[r]);
 }
 
@@ -261,8 +264,8 @@ double truncated_cone_equation(double lambda_of_base, double ratio) {
 TEST(SolveModes, OfATruncatedConeAreTheRootsOfItsFrequencyEquation) {
   const double L = 2, r = 0.01;
   for (const double ratio : {0.8, 0.5, 0.25, 0.1}) {
-    const Structure structure =
-        assemble(test::straight_stem(320, L, r, ratio * r), {.material = wood, .rotatory_inertia = false});
+    const Structure structure = assemble(test::straight_stem(320, L, r, ratio * r),
+                                         test::weightless({.material = wood, .rotatory_inertia = false}));
     const Modes modes = solve_modes(structure, {.count = 6, .method = ModeMethod::iterative});
     for (const int mode : {0, 2, 4}) {
       const double found = lambda(modes.frequency[mode], L, r);
@@ -330,7 +333,7 @@ TEST(SolveModes, AlongAndAboutAStemAreThoseOfARod) {
 
 TEST(SolveModes, ShapesAreOrthonormalOverMassAndDiagonaliseStiffness) {
   const Skeleton skeleton = test::random_tree(150, 2);
-  const Structure structure = assemble(skeleton, {.material = wood});
+  const Structure structure = assemble(skeleton, test::weightless({.material = wood}));
   const BeamTree tree = assemble_tree(skeleton, {.material = wood});
   const Modes modes = solve_modes(structure, {.count = 30, .method = ModeMethod::iterative});
   for (int r = 0; r < 30; ++r) {
@@ -346,7 +349,7 @@ TEST(SolveModes, ShapesAreOrthonormalOverMassAndDiagonaliseStiffness) {
 
 TEST(SolveModes, AgreeWithTheAssembledEigenproblem) {
   const Skeleton skeleton = test::random_tree(25, 8);
-  const Structure structure = assemble(skeleton, {.material = wood});
+  const Structure structure = assemble(skeleton, test::weightless({.material = wood}));
   const test::Assembled dense = test::assemble_dense(skeleton, assemble_tree(skeleton, {.material = wood}));
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> reference(dense.stiffness, dense.mass);
   const Modes modes = solve_modes(structure, {.count = all_modes});
@@ -358,7 +361,8 @@ TEST(SolveModes, AgreeWithTheAssembledEigenproblem) {
 }
 
 TEST(SolveModes, DenseAndIterativeAgreeToAllDigits) {
-  const Structure structure = assemble(test::random_tree(90, 3), {.material = find_material("paper")});
+  const Structure structure =
+      assemble(test::random_tree(90, 3), test::weightless({.material = find_material("paper")}));
   const Modes dense = solve_modes(structure, {.count = 20, .method = ModeMethod::dense});
   const Modes iterative =
       solve_modes(structure, {.count = 20, .method = ModeMethod::iterative, .tolerance = 1e-12});
@@ -373,7 +377,7 @@ TEST(SolveModes, DenseAndIterativeAgreeToAllDigits) {
 
 TEST(SolveModes, HaveResidualsBelowTheToleranceAskedFor) {
   for (const int branches : {60, 300}) {
-    const Structure structure = assemble(test::random_tree(branches, 5), {});
+    const Structure structure = assemble(test::random_tree(branches, 5), test::weightless());
     for (const double tolerance : {1e-6, 1e-8, 1e-10, 1e-12}) {
       const Modes modes =
           solve_modes(structure, {.count = 25, .method = ModeMethod::iterative, .tolerance = tolerance});
@@ -383,7 +387,7 @@ TEST(SolveModes, HaveResidualsBelowTheToleranceAskedFor) {
 }
 
 TEST(SolveModes, AreTheSameWhenMemoryIsShort) {
-  const Structure structure = assemble(test::random_tree(200, 5), {});
+  const Structure structure = assemble(test::random_tree(200, 5), test::weightless());
   const Modes free = solve_modes(structure, {.count = 20, .tolerance = 1e-12});
   // Room for some 45 vectors of 1200 numbers, and a little for lanes that stay empty.
   const std::size_t limit = 48 * 1200 * sizeof(double);
@@ -407,8 +411,8 @@ TEST(SolveModes, DoNotDependOnWhereATreeIsCut) {
     cut.branches.push_back(test::make_branch(start, b.start, middle, b.start_radius, radius));
     cut.branches.push_back(test::make_branch(2 * k + 1, middle, b.end, radius, b.end_radius));
   }
-  const Modes whole = solve_modes(assemble(skeleton, {.material = wood}), {.count = 10});
-  const Modes halves = solve_modes(assemble(cut, {.material = wood}), {.count = 10});
+  const Modes whole = solve_modes(assemble(skeleton, test::weightless({.material = wood})), {.count = 10});
+  const Modes halves = solve_modes(assemble(cut, test::weightless({.material = wood})), {.count = 10});
   for (int r = 0; r < 10; ++r) {
     EXPECT_LE(halves.frequency[r], whole.frequency[r] * (1 + 1e-12));
     EXPECT_GT(halves.frequency[r], whole.frequency[r] * (1 - 1e-2));
@@ -446,7 +450,8 @@ TEST(SolveModes, OfRandomTreesHaveTwelveDigitsOfALongDoubleReference) {
     for (const char* material : {"paper", "green-wood"}) {
       const Skeleton skeleton = test::random_tree(branches, 40);
       const StructureOptions options{.material = find_material(material)};
-      const Modes modes = solve_modes(assemble(skeleton, options), {.count = std::min(40, 2 * branches)});
+      const Modes modes =
+          solve_modes(assemble(skeleton, test::weightless(options)), {.count = std::min(40, 2 * branches)});
       EXPECT_LT(largest_error(assemble_tree(skeleton, options), modes), 1e-13)
           << branches << " branches of " << material;
     }
@@ -457,7 +462,7 @@ TEST(SolveModes, KeepTheirDigitsWhereEveryBranchIsCutIntoSixtyFour) {
   for (const int branches : {17, 62}) {
     const Skeleton skeleton = cut_into(test::random_tree(branches, 40), 64);
     const StructureOptions options{.material = find_material("paper")};
-    const Modes modes = solve_modes(assemble(skeleton, options), {.count = 40});
+    const Modes modes = solve_modes(assemble(skeleton, test::weightless(options)), {.count = 40});
     EXPECT_LT(largest_error(assemble_tree(skeleton, options), modes), 1e-11) << branches << " branches";
   }
 }
@@ -466,7 +471,7 @@ TEST(SolveModes, OfWoodThatTwistsEasilyBeginWithTorsion) {
   Material rubbery = find_material("paper");
   rubbery.shear_modulus = 1e5;
   const Skeleton skeleton = test::random_tree(62, 4);
-  const Structure structure = assemble(skeleton, {.material = rubbery});
+  const Structure structure = assemble(skeleton, test::weightless({.material = rubbery}));
   const BeamTree tree = assemble_tree(skeleton, {.material = rubbery});
   const Modes modes = solve_modes(structure, {.count = 40, .method = ModeMethod::iterative});
   EXPECT_EQ(modes.count_by_inertia, modes.count_below);
@@ -485,26 +490,28 @@ TEST(SolveModes, OfWoodThatTwistsEasilyBeginWithTorsion) {
 
 TEST(SolveModes, TurnWithTheTree) {
   Skeleton skeleton = test::random_tree(20, 4);
-  const Structure upright = assemble(skeleton, {.material = wood});
+  const Structure upright = assemble(skeleton, test::weightless({.material = wood}));
   const Eigen::AngleAxisd turn(1.1, Vec3(1, 2, -0.5).normalized());
   for (Branch& branch : skeleton.branches) {
     branch.start = turn * branch.start;
     branch.end = turn * branch.end;
   }
   const Modes before = solve_modes(upright, {.count = 12});
-  const Modes after = solve_modes(assemble(skeleton, {.material = wood}), {.count = 12});
+  const Modes after = solve_modes(assemble(skeleton, test::weightless({.material = wood})), {.count = 12});
   for (int r = 0; r < 12; ++r) EXPECT_NEAR(before.frequency[r] / after.frequency[r], 1, 1e-12);
 }
 
 TEST(SolveModes, TheLargestEntryOfAShapeIsPositive) {
-  const Modes modes = solve_modes(assemble(test::random_tree(20, 4), {.material = wood}), {.count = 12});
+  const Modes modes =
+      solve_modes(assemble(test::random_tree(20, 4), test::weightless({.material = wood})), {.count = 12});
   for (int r = 0; r < 12; ++r) {
     EXPECT_EQ(modes.shapes.col(r).cwiseAbs().maxCoeff(), modes.shapes.col(r).maxCoeff());
   }
 }
 
 TEST(SolveModes, RefusesCountsThatTheStructureDoesNotHave) {
-  const Structure structure = assemble(test::straight_stem(2, 1, 0.01, 0.01), {.material = wood});
+  const Structure structure =
+      assemble(test::straight_stem(2, 1, 0.01, 0.01), test::weightless({.material = wood}));
   for (const int count : {0, -2, 13}) {
     EXPECT_THAT(test::complaint_of([&] { solve_modes(structure, {.count = count}); }),
                 testing::HasSubstr("mode count: " + std::to_string(count) + ", wanted 1 to 12"));
@@ -537,8 +544,8 @@ TEST(SolveModes, AgreeWithSpectraOnTheSameOperator) {
     const Skeleton skeleton = test::random_tree(300, 12);
     const StructureOptions options{.material = find_material(material)};
     const Eigen::VectorXd wanted = spectra_omega(assemble_tree(skeleton, options), 25, 80);
-    const Modes modes =
-        solve_modes(assemble(skeleton, options), {.count = 25, .method = ModeMethod::iterative});
+    const Modes modes = solve_modes(assemble(skeleton, test::weightless(options)),
+                                    {.count = 25, .method = ModeMethod::iterative});
     for (int r = 0; r < 25; ++r)
       EXPECT_NEAR(modes.omega()[r] / wanted[r], 1, 1e-12) << material << ", mode " << r;
   }
@@ -579,7 +586,7 @@ Skeleton threefold_tree(int levels) {
 TEST(SolveModes, MissNoneOfAPerfectlyThreefoldTreeAtAnyTolerance) {
   const Skeleton skeleton = threefold_tree(6);
   ASSERT_EQ(skeleton.branch_count(), 364);
-  const Structure structure = assemble(skeleton, {.material = wood});
+  const Structure structure = assemble(skeleton, test::weightless({.material = wood}));
   const BeamTree tree = assemble_tree(skeleton, {.material = wood});
   const Eigen::VectorXd all = spectra_omega(tree, 60, 300);
   int last = 40;  // of a whole number of clusters: the one before the widest gap
@@ -603,15 +610,15 @@ TEST(SolveModes, MissNoneOfAPerfectlyThreefoldTreeAtAnyTolerance) {
 
 TEST(SolveModes, OfTwoIdenticalTreesOnOneRootAllComeTwice) {
   Skeleton skeleton = test::random_tree(120, 9);
-  const Modes one = solve_modes(assemble(skeleton, {.material = wood}), {.count = 15});
+  const Modes one = solve_modes(assemble(skeleton, test::weightless({.material = wood})), {.count = 15});
   const int count = skeleton.branch_count();
   for (int k = 0; k < count; ++k) {
     Branch copy = skeleton.branches[static_cast<std::size_t>(k)];
     if (copy.start_node > 0) copy.start_node += count;
     skeleton.branches.push_back(copy);
   }
-  const Modes two =
-      solve_modes(assemble(skeleton, {.material = wood}), {.count = 30, .method = ModeMethod::iterative});
+  const Modes two = solve_modes(assemble(skeleton, test::weightless({.material = wood})),
+                                {.count = 30, .method = ModeMethod::iterative});
   for (int r = 0; r < 30; ++r) EXPECT_NEAR(two.frequency[r] / one.frequency[r / 2], 1, 1e-12) << "mode " << r;
   EXPECT_EQ(two.count_below, 30);
   EXPECT_EQ(two.count_by_inertia, 30);
@@ -631,7 +638,7 @@ Skeleton star(int twigs) {
 }
 
 TEST(SolveModes, OfAHundredEqualTwigsEndWithinTheirClusterAndSaySo) {
-  const Structure structure = assemble(star(100), {.material = wood});
+  const Structure structure = assemble(star(100), test::weightless({.material = wood}));
   const Modes all = solve_modes(structure, {.count = 400});  // dense
   const Modes few = solve_modes(structure, {.count = 12, .method = ModeMethod::iterative});
   for (int r = 0; r < 12; ++r) EXPECT_NEAR(few.frequency[r] / all.frequency[r], 1, 1e-10) << r;
@@ -644,7 +651,7 @@ TEST(SolveModes, OfAHundredEqualTwigsEndWithinTheirClusterAndSaySo) {
 }
 
 TEST(SolveModes, OfAHundredEqualTwigsAreAllFoundWhereAllAreWanted) {
-  const Structure structure = assemble(star(100), {.material = wood});
+  const Structure structure = assemble(star(100), test::weightless({.material = wood}));
   const Modes dense = solve_modes(structure, {.count = 201, .method = ModeMethod::dense});
   const Modes modes = solve_modes(structure, {.count = 201, .method = ModeMethod::iterative});
   for (int r = 0; r < 201; ++r) EXPECT_NEAR(modes.frequency[r] / dense.frequency[r], 1, 1e-11) << r;
@@ -658,7 +665,7 @@ TEST(SolveModes, OfAHundredEqualTwigsAreAllFoundWhereAllAreWanted) {
 }
 
 TEST(SolveModes, OfAThousandEqualTwigsTakeNoLongerThanTheirNumberAsks) {
-  const Modes modes = solve_modes(assemble(star(1000), {.material = wood}), {.count = 12});
+  const Modes modes = solve_modes(assemble(star(1000), test::weightless({.material = wood})), {.count = 12});
   EXPECT_EQ(modes.count(), 12);
   EXPECT_GT(modes.equal_left_out, 1900);
   EXPECT_EQ(modes.count_below, modes.count_by_inertia);
@@ -688,11 +695,12 @@ TEST(SolveModes, OfStemsSideBySideAreThoseOfTheStems) {
   const int count = 40;
   std::vector<double> wanted;
   for (const Skeleton& stem : stems) {
-    const Modes own = solve_modes(assemble(stem, {.material = wood}), {.count = count, .tolerance = 1e-12});
+    const Modes own = solve_modes(assemble(stem, test::weightless({.material = wood})),
+                                  {.count = count, .tolerance = 1e-12});
     wanted.insert(wanted.end(), own.frequency.begin(), own.frequency.end());
   }
   std::ranges::sort(wanted);
-  const Structure together = assemble(side_by_side(stems), {.material = wood});
+  const Structure together = assemble(side_by_side(stems), test::weightless({.material = wood}));
   const Modes modes = solve_modes(together, {.count = count, .tolerance = 1e-12});
   for (std::size_t r = 0; r < count; ++r)
     EXPECT_NEAR(modes.frequency[static_cast<Eigen::Index>(r)] / wanted[r], 1, 1e-11) << r;
@@ -709,8 +717,9 @@ TEST(SolveModes, OfStemsSideBySideAreThoseOfTheStems) {
 
 TEST(SolveModes, OfTwentyCopiesOfAStemComeTwentyTimes) {
   const Skeleton culm = test::random_tree(30, 8);
-  const Modes one = solve_modes(assemble(culm, {.material = wood}), {.count = 6});
-  const Structure clump = assemble(side_by_side(std::vector<Skeleton>(20, culm)), {.material = wood});
+  const Modes one = solve_modes(assemble(culm, test::weightless({.material = wood})), {.count = 6});
+  const Structure clump =
+      assemble(side_by_side(std::vector<Skeleton>(20, culm)), test::weightless({.material = wood}));
   const Modes all = solve_modes(clump, {.count = 80});
   for (int r = 0; r < 80; ++r) EXPECT_NEAR(all.frequency[r] / one.frequency[r / 20], 1, 1e-11) << r;
   const Modes few = solve_modes(clump, {.count = 12});
@@ -720,7 +729,7 @@ TEST(SolveModes, OfTwentyCopiesOfAStemComeTwentyTimes) {
 }
 
 TEST(SolveModes, AskForTheirMemoryBeforeTheyTakeIt) {
-  const Structure structure = assemble(test::random_tree(100, 5), {});
+  const Structure structure = assemble(test::random_tree(100, 5), test::weightless());
   // Two matrices of 600 x 600 numbers.
   const std::size_t two = 2 * 600 * 600 * sizeof(double);
   EXPECT_EQ(solve_modes(structure, {.count = all_modes, .memory_limit = two}).count(), 600);
@@ -731,7 +740,8 @@ TEST(SolveModes, AskForTheirMemoryBeforeTheyTakeIt) {
 }
 
 TEST(SolveModes, OfALongStraightStemBendingComesInPairs) {
-  const Structure structure = assemble(test::straight_stem(200, 6, 0.05, 0.01), {.material = wood});
+  const Structure structure =
+      assemble(test::straight_stem(200, 6, 0.05, 0.01), test::weightless({.material = wood}));
   const Modes modes = solve_modes(structure, {.count = 20, .method = ModeMethod::iterative});
   for (int r = 0; r < 14; r += 2)
     EXPECT_NEAR(modes.frequency[r] / modes.frequency[r + 1], 1, 1e-12) << "mode " << r;
@@ -739,7 +749,8 @@ TEST(SolveModes, OfALongStraightStemBendingComesInPairs) {
 }
 
 TEST(SolveModes, CountAsManyBelowTheLastAsTheInertiaSays) {
-  const Structure structure = assemble(test::random_tree(400, 21), {.material = find_material("paper")});
+  const Structure structure =
+      assemble(test::random_tree(400, 21), test::weightless({.material = find_material("paper")}));
   for (const int count : {1, 7, 40}) {
     const Modes modes = solve_modes(structure, {.count = count, .method = ModeMethod::iterative});
     EXPECT_EQ(modes.count_below, count);
@@ -748,7 +759,7 @@ TEST(SolveModes, CountAsManyBelowTheLastAsTheInertiaSays) {
 }
 
 TEST(SolveModesUpTo, FindsEveryModeBelowTheFrequencyAndNoneAbove) {
-  const Structure structure = assemble(test::random_tree(200, 30), {.material = wood});
+  const Structure structure = assemble(test::random_tree(200, 30), test::weightless({.material = wood}));
   const Modes first = solve_modes(structure, {.count = 30});
   const double between = 0.5 * (first.frequency[22] + first.frequency[23]);
   EXPECT_EQ(solve_modes_up_to(structure, between).count(), 23);
@@ -777,7 +788,7 @@ TEST(SolveModes, AreFoundWhereTheFirstSearchFindsNone) {
                         0.02502857364854326, 0.024495671033746325),
       test::make_branch(1, low, Vec3(0.1488793947942466, 0.09545368980924844, 0.6216077817682613),
                         0.048734604712937564, 0.04435078579461516)};
-  const Structure structure = assemble(skeleton, {});
+  const Structure structure = assemble(skeleton, test::weightless());
   const Modes modes = solve_modes(structure, {.count = 3});
   EXPECT_EQ(modes.count_below, modes.count_by_inertia);
   EXPECT_TRUE(modes.shapes.allFinite());
@@ -786,7 +797,7 @@ TEST(SolveModes, AreFoundWhereTheFirstSearchFindsNone) {
 }
 
 TEST(SolveModes, AreTheSameBytesOnAnyNumberOfThreads) {
-  const Structure structure = assemble(test::random_tree(11000, 1), {.material = wood});
+  const Structure structure = assemble(test::random_tree(11000, 1), test::weightless({.material = wood}));
   Eigen::MatrixXd shapes[2];
   for (const std::size_t threads : {std::size_t{1}, std::size_t{2}}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);

@@ -20,7 +20,7 @@ using std::numbers::pi;
 
 // A tree of twenty branches in the wind of Shinya & Fournier, with all that the response asks for.
 struct WindyTree {
-  Structure structure = assemble(test::random_tree(20, 12), {});
+  Structure structure = assemble(test::random_tree(20, 12), test::weightless());
   Modes modes = solve_modes(structure, {.count = 6});
   Sites sites = structure.find_sites();
   TurbulentWind wind = turbulent_wind({.speed = 6, .heading = 30}, 0.2);

@@ -89,7 +89,7 @@ TEST(EigenProblem, CountsRightWhereAPivotVanishes) {
 }
 
 TEST(EigenParts, OfATreeOnTwoRootsShareOutItsRowsAndItsModes) {
-  const Structure structure = assemble(test::awkward_tree(), {.material = wood});
+  const Structure structure = assemble(test::awkward_tree(), test::weightless({.material = wood}));
   const EigenParts& parts = structure.eigen;
   EXPECT_EQ(parts.rows.size(), 2U);
   std::vector<int> times(static_cast<std::size_t>(structure.size()));
@@ -111,7 +111,7 @@ TEST(EigenParts, OfATreeOnTwoRootsShareOutItsRowsAndItsModes) {
 // Whatever forms the problem takes, its displacements are those of the part alone: q^T M q = s^T A s.
 TEST(EigenParts, GiveDisplacementsInTheRowsOfThePart) {
   for (const Structure& structure :
-       {assemble(test::awkward_tree(), {.material = wood}), assemble(braced())}) {
+       {assemble(test::awkward_tree(), test::weightless({.material = wood})), assemble(braced())}) {
     for (std::size_t part = 0; part < structure.eigen.rows.size(); ++part) {
       const std::vector<int>& rows = structure.eigen.rows[part];
       for (const bool plain : {true, false}) {

@@ -60,9 +60,10 @@ struct Named {
   Structure structure;
 };
 std::vector<Named> several() {
-  return {{"tree", assemble(leafy_tree(), {.material = wood})},
+  return {{"tree", assemble(leafy_tree(), test::weightless({.material = wood}))},
           {"tree on springs",
-           assemble(leafy_tree(), {.material = wood, .root = {.translation = 1e5, .rotation = 2e3}})},
+           assemble(leafy_tree(),
+                    test::weightless({.material = wood, .root = {.translation = 1e5, .rotation = 2e3}}))},
           {"frame", assemble(held_every_way())}};
 }
 
@@ -105,7 +106,7 @@ TEST(FindSites, FeelTheWindInTheMiddleOfTheirMember) {
 
 TEST(FindSites, HaveOneBladeForEveryLeafWhereItsBranchCarriesIt) {
   const Skeleton skeleton = leafy_tree();
-  const Structure structure = assemble(skeleton, {.material = wood});
+  const Structure structure = assemble(skeleton, test::weightless({.material = wood}));
   const Sites sites = structure.find_sites();
   const Eigen::VectorXd u = random_matrix(structure.size(), 1, 5);
   std::vector<int> times(skeleton.leaves.size());
@@ -229,7 +230,7 @@ TEST(Sites, OfAMemberHeldAtBothEndsNeitherMoveNorBear) {
 }
 
 TEST(SiteMotion, OfABlockIsThatPartOfTheWhole) {
-  const Structure structure = assemble(test::random_tree(1500, 3), {.material = wood});
+  const Structure structure = assemble(test::random_tree(1500, 3), test::weightless({.material = wood}));
   const Sites sites = structure.find_sites();
   const Eigen::MatrixXd u = random_matrix(structure.size(), 2, 9);
   const Eigen::MatrixXd whole = sites.motion(0, sites.sites.size(), u);
@@ -249,7 +250,7 @@ TEST(SiteMotion, OfABlockIsThatPartOfTheWhole) {
 
 TEST(Sites, WorkAfterTheStructureIsGone) {
   const auto sites_of = [](const Structure& structure) { return structure.find_sites(); };
-  const Sites of_tree = sites_of(assemble(leafy_tree(), {.material = wood}));
+  const Sites of_tree = sites_of(assemble(leafy_tree(), test::weightless({.material = wood})));
   const Sites of_frame = sites_of(assemble(held_every_way()));
   for (const Sites& sites : {of_tree, of_frame}) {
     const Eigen::Matrix3Xd forces = Eigen::Matrix3Xd::Ones(3, static_cast<Eigen::Index>(sites.sites.size()));

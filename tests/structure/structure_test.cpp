@@ -51,7 +51,7 @@ TEST(StructureOfATree, HasTheMassAndTheFlexibilityOfTheSweeps) {
   for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e5, .rotation = 2e3}}) {
     const StructureOptions options{.material = wood, .root = root};
     const BeamTree tree = assemble_tree(test::awkward_tree(), options);
-    const Structure structure = assemble(test::awkward_tree(), options);
+    const Structure structure = assemble(test::awkward_tree(), test::weightless(options));
     ASSERT_EQ(structure.size(), tree.size());
     const Eigen::VectorXd u = test::random_vector(structure.size(), 3);
     EXPECT_EQ(structure.mass(u), apply_mass(tree, u));
@@ -61,7 +61,7 @@ TEST(StructureOfATree, HasTheMassAndTheFlexibilityOfTheSweeps) {
 
 TEST(Structure, OfATreeSaidAsAFrameDoesTheSame) {
   const Skeleton skeleton = test::random_tree(30, 11);
-  const Structure tree = assemble(skeleton, {.material = wood});
+  const Structure tree = assemble(skeleton, test::weightless({.material = wood}));
   const Structure frame = assemble(test::frame_of(skeleton, wood));
   ASSERT_EQ(frame.size(), tree.size());
   const Eigen::VectorXd u = test::random_vector(tree.size(), 4);
@@ -80,8 +80,8 @@ TEST(Structure, OfATreeSaidAsAFrameDoesTheSame) {
 
 TEST(Structure, KeepsInACopyWhatItsFunctionsWorkOn) {
   const auto forget = [](Structure structure) { return structure; };
-  for (const Structure& copy :
-       {forget(assemble(test::awkward_tree(), {.material = wood})), forget(assemble(loaded_arch()))}) {
+  for (const Structure& copy : {forget(assemble(test::awkward_tree(), test::weightless({.material = wood}))),
+                                forget(assemble(loaded_arch()))}) {
     EXPECT_TRUE(copy.mass(copy.flexibility(test::random_vector(copy.size(), 5))).allFinite());
     for (const Member& member : copy.members) EXPECT_NEAR(member.direction.norm(), 1, 1e-14);
     EXPECT_EQ(copy.find_ground_inertia().forces.rows(), copy.size());
@@ -91,7 +91,7 @@ TEST(Structure, KeepsInACopyWhatItsFunctionsWorkOn) {
 
 TEST(Structure, RefusesVectorsOfAnotherSize) {
   for (const Structure& structure :
-       {assemble(test::awkward_tree(), {.material = wood}), assemble(loaded_arch())}) {
+       {assemble(test::awkward_tree(), test::weightless({.material = wood})), assemble(loaded_arch())}) {
     for (const Eigen::Index size : {Eigen::Index{0}, structure.size() - 6, structure.size() + 1}) {
       EXPECT_THROW(structure.mass(Eigen::VectorXd::Ones(size)), InputError) << size;
       EXPECT_THROW(structure.flexibility(Eigen::VectorXd::Ones(size)), InputError) << size;
@@ -100,8 +100,9 @@ TEST(Structure, RefusesVectorsOfAnotherSize) {
 }
 
 TEST(Assemble, RefusesWhatIsNoTreeAndNoFrame) {
-  EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, 0.1), {.root = {.rotation = -1}}), InputError);
-  EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, -0.1), {}), InputError);
+  EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, 0.1), test::weightless({.root = {.rotation = -1}})),
+               InputError);
+  EXPECT_THROW(assemble(test::straight_stem(1, 1, 0.1, -0.1), test::weightless()), InputError);
   Frame loose = loaded_arch();
   loose.clamped.clear();
   EXPECT_THROW(assemble(loose), InputError);
@@ -173,7 +174,7 @@ TEST(NodeDisplacement, OfARootIsThatOfTheFootOfTheFirstBranchOnIt) {
     if (branch.start_node > 1) ++branch.start_node;
   }
   for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e5, .rotation = 2e3}}) {
-    const Structure structure = assemble(skeleton, {.material = wood, .root = root});
+    const Structure structure = assemble(skeleton, test::weightless({.material = wood, .root = root}));
     ASSERT_EQ(static_cast<int>(structure.nodes.size()), skeleton.node_count());
     const Eigen::VectorXd u = test::random_vector(structure.size(), 7);
     for (int node = 0; node < skeleton.node_count(); ++node) {
@@ -200,7 +201,7 @@ TEST(GroundHeight, IsThatOfTheLowestHeldNodeHoweverLowTheOthersHang) {
   Skeleton skeleton = test::awkward_tree();
   for (Vec3* point : {&skeleton.roots[1], &skeleton.branches[12].start}) point->z() = -0.4;
   skeleton.branches[12].end.z() = -2;
-  EXPECT_EQ(ground_height(assemble(skeleton, {})), -0.4);
+  EXPECT_EQ(ground_height(assemble(skeleton, test::weightless())), -0.4);
 }
 
 // A member is the element between its two nodes, whichever of them are held.
@@ -227,7 +228,7 @@ TEST(Member, BeginsAndEndsWhereItsNodesAreAndMovesWithThem) {
 // A branch may start beside the node that carries it: its start then moves as the end of a rigid arm does.
 TEST(Member, OfATreeStartsAtTheEndOfItsArm) {
   const Skeleton skeleton = test::awkward_tree();
-  const Structure structure = assemble(skeleton, {.material = wood});
+  const Structure structure = assemble(skeleton, test::weightless({.material = wood}));
   const Eigen::VectorXd u = test::random_vector(structure.size(), 9);
   int beside = 0;
   for (int k = 0; k < skeleton.branch_count(); ++k) {

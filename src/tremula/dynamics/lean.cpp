@@ -115,6 +115,25 @@ double size_of(const std::vector<BentBranch>& bent) {
   return box.diagonal().norm();
 }
 
+// Forces on the strains that the given shape answers to: those of its weight.
+Eigen::VectorXd weight_at_rest(const BeamTree& tree, const DeadLoadsOnBranches& weight,
+                               const std::vector<BentBranch>& given) {
+  const BranchLoads loads = [&](int k, const BentBranch& branch) {
+    EndLoads load;
+    weight.add_to(k, branch, load);
+    return load;
+  };
+  return forces_on_strains(tree, Eigen::VectorXd::Zero(tree.size()), given,
+                           sum_wrenches(tree, given, loads).at_end);
+}
+
+std::vector<PointForce> mean_drag(const Lean& lean) {
+  std::vector<PointForce> forces;
+  for (std::size_t s = 0; s < lean.loads.sites.size(); ++s)
+    forces.push_back({lean.sites.sites[s].point, lean.sites.sites[s].place, lean.loads.sites[s].mean});
+  return forces;
+}
+
 // In turn, what the crown leaves of the wind and how the tree stands in it. Either hardly changes the other:
 // a few rounds do.
 Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& law,
@@ -125,9 +144,18 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   const Sites sites = structure.find_sites();
   const DragOnBranches drag(tree, sites, wind, law);
   Eigen::VectorXd share = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(sites.sites.size()));
-  const BranchLoads loads = [&](int k, const BentBranch& branch) { return drag.on(k, branch, share); };
+  const bool heavy = !structure.weight.per_volume.empty();
+  const DeadLoadsOnBranches weight(
+      tree, heavy ? structure.weight : DeadLoads{std::vector<Vec3>(tree.parent.size(), Vec3::Zero()), {}});
+  const BranchLoads loads = [&](int k, const BentBranch& branch) {
+    EndLoads load = drag.on(k, branch, share);
+    weight.add_to(k, branch, load);
+    return load;
+  };
+  const Eigen::VectorXd straight = Eigen::VectorXd::Zero(tree.size());
+  std::vector<BentBranch> bent = bend(tree, straight);
   EquilibriumOptions search;
-  std::vector<BentBranch> bent = bend(tree, Eigen::VectorXd::Zero(tree.size()));
+  if (heavy) search.at_rest = weight_at_rest(tree, weight, bent);
   const double size = size_of(bent);
   Equilibrium rest;
   for (int round = 0; round < most_rounds; ++round) {
@@ -139,13 +167,13 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
     if (moved < settled * size || !options.shelter.on) break;
   }
   Lean lean{.displacement = displacement_of(tree, bent),
-            .structure = bent_structure(structure, bent),
-            .sites = {},
+            .structure = {},
+            .sites = bent_structure(structure, bent).find_sites(),
             .loads = {},
             .strains = std::move(rest.strains),
             .wrenches = std::move(rest.wrenches)};
-  lean.sites = lean.structure.find_sites();
   lean.loads = find_loads(lean.sites, wind_of_points(wind, lean.sites.points), law, share);
+  lean.structure = bent_structure(structure, bent, mean_drag(lean));
   return lean;
 }
 

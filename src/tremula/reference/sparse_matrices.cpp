@@ -12,6 +12,9 @@ SparseMatrices assemble_sparse(const BeamTree& tree) {
     const int row = 6 * k, parent_row = tree.parent[index] < 0 ? -1 : 6 * tree.parent[index];
     add_element(stiffness_blocks(tree.compliances[index], direction, tree.reach[index]), parent_row, row,
                 stiffness);
+    if (tree.is_loaded()) {
+      add_element(geometric_blocks(tree.geometric[index], tree.reach[index]), parent_row, row, stiffness);
+    }
     ElementBlocks blocks = mass_blocks(tree.masses[index], direction);
     const Mat6 to_start = rigid_carry(tree.members[index].start_arm);
     blocks.start = to_start.transpose() * blocks.start * to_start;

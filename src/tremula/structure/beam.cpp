@@ -145,6 +145,30 @@ Shape shape_at(const Beam& beam, double s) {
   return beam.base.translation > 0 || beam.base.rotation > 0 ? on_compliant_base(beam, own) : own;
 }
 
+// The wrench that moves end 1 by 1, over the stiffness of the section.
+Strain strain_at(const Beam& beam, const Compliance& c, double s) {
+  const double r = radius_at(beam, s), r2 = r * r, rest = (1 - s) * beam.length;
+  const double bending = c.deflection * c.slope_held * bending_stiffness(beam) * r2 * r2;
+  return {1 / (c.axial * beam.material.youngs_modulus * pi * r2),
+          1 / (c.torsion * beam.material.shear_modulus * (pi / 2) * r2 * r2),
+          Eigen::Vector2d(rest * c.slope - c.deflection_slope, c.deflection - rest * c.deflection_slope) /
+              bending};
+}
+
+std::vector<VolumePoint> volume_points(const Beam& beam) {
+  std::vector<VolumePoint> points;
+  for (const QuadraturePoint& point : quadrature_for(beam)) {
+    const double r = radius_at(beam, point.position), length = point.weight * beam.length;
+    points.push_back({point.position, length, length * pi * r * r});
+  }
+  return points;
+}
+
+VolumeBeyond volume_beyond(const Beam& beam, double s) {
+  const double a = radius_at(beam, s), b = beam.end_radius, rest = (1 - s) * beam.length;
+  return {pi * rest * (a * a + a * b + b * b) / 3, pi * rest * rest * (a * a / 12 + a * b / 6 + b * b / 4)};
+}
+
 ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia) {
   // Their terms grow with 1/length while what they say of a disc vanishes: in double precision they would
   // bury the masses beside it.

@@ -10,6 +10,8 @@
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/structure/material.hpp"
 
+#include <vector>
+
 #include <Eigen/Core>
 
 namespace tremula {
@@ -61,6 +63,27 @@ struct Shape {
   Eigen::Vector4d slope;       // of the same [1/m, 1, 1/m, 1]
 };
 Shape shape_at(const Beam& beam, double s);
+
+// How strongly the section at s is stretched, twisted and bent when end 1 moves by 1 and end 0 stands: the
+// derivatives along the branch of what Shape says of end 1, inside the beam (the spring's give is no strain).
+struct Strain {
+  double axial;               // of along_1 [1/m]
+  double torsion;             // of twist_1 [1/m]
+  Eigen::Vector2d curvature;  // of (v_1, phi_1) [1/m^2, 1/m]
+};
+Strain strain_at(const Beam& beam, const Compliance& compliance, double s);
+
+// A point of the branch at s with its share of the volume, by the quadrature of the consistent mass.
+struct VolumePoint {
+  double s, length, volume;  // [-, m, m^3]
+};
+std::vector<VolumePoint> volume_points(const Beam& beam);
+
+// Of the wood beyond s: its volume [m^3], and that times how far beyond s its centre lies [m^4].
+struct VolumeBeyond {
+  double volume, moment;
+};
+VolumeBeyond volume_beyond(const Beam& beam, double s);
 
 // Consistent mass over the ends' displacements, in the same order as Shape. For equal radii it is
 // Przemieniecki's matrix with torsional and, unless dropped, rotatory inertia. A beam shorter than a

@@ -29,6 +29,11 @@ void carry_to_tips(const BeamTree& tree, Eigen::VectorXd& u) {
     const int parent = tree.parent[index_of(k)];
     if (parent < 0) continue;
     const Vec3 rotation = u.segment<3>(6 * parent + 3);
+    if (tree.is_loaded()) {
+      u.segment<3>(6 * k) += u.segment<3>(6 * parent);
+      u.segment<6>(6 * k) += tree.loaded[index_of(k)].carry * rotation;
+      continue;
+    }
     u.segment<3>(6 * k) += u.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
     u.segment<3>(6 * k + 3) += rotation;
   }
@@ -41,6 +46,10 @@ void gather_to_roots(const BeamTree& tree, Eigen::VectorXd& f) {
     if (parent < 0) continue;
     const Vec3 force = f.segment<3>(6 * k);
     f.segment<3>(6 * parent) += force;
+    if (tree.is_loaded()) {
+      f.segment<3>(6 * parent + 3) += tree.loaded[index_of(k)].carry.transpose() * f.segment<6>(6 * k);
+      continue;
+    }
     f.segment<3>(6 * parent + 3) += f.segment<3>(6 * k + 3) + tree.reach[index_of(k)].cross(force);
   }
 }
@@ -54,6 +63,51 @@ void for_each_branch_in_place(const BeamTree& tree, Eigen::VectorXd& vector, Per
     vector.segment<3>(6 * k) = out.translation(direction);
     vector.segment<3>(6 * k + 3) = out.rotation(direction);
   }
+}
+
+// S s and S^T f, branch by branch in place.
+void apply_root(const BeamTree& tree, Eigen::VectorXd& vector) {
+  if (tree.is_loaded()) {
+    for (int k = 0; k < tree.branch_count(); ++k) {
+      const Vec6 in = vector.segment<6>(6 * k);
+      vector.segment<6>(6 * k) = tree.loaded[index_of(k)].root * in;
+    }
+    return;
+  }
+  for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& in) {
+    const ComplianceRoot root(tree.compliances[k]);
+    return Split(root.axial * in.along, root.torsion * in.twist, root.deflection * in.across,
+                 root.slope_deflection * in.across + root.slope * in.bend);
+  });
+}
+void apply_root_transposed(const BeamTree& tree, Eigen::VectorXd& vector) {
+  if (tree.is_loaded()) {
+    for (int k = 0; k < tree.branch_count(); ++k) {
+      const Vec6 wrench = vector.segment<6>(6 * k);
+      vector.segment<6>(6 * k) = tree.loaded[index_of(k)].root.transpose() * wrench;
+    }
+    return;
+  }
+  for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& wrench) {
+    const ComplianceRoot root(tree.compliances[k]);
+    return Split(root.axial * wrench.along, root.torsion * wrench.twist,
+                 root.deflection * wrench.across + root.slope_deflection * wrench.bend,
+                 root.slope * wrench.bend);
+  });
+}
+
+// e = B u: what each branch's end moves beyond its rigidly carried start.
+Eigen::VectorXd relative_displacement(const BeamTree& tree, const Eigen::VectorXd& displacement) {
+  Eigen::VectorXd relative = displacement;
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
+    relative.segment<3>(6 * k) -=
+        displacement.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
+    relative.segment<3>(6 * k + 3) -= rotation;
+  }
+  return relative;
 }
 
 // A size or stiffness that no plant has makes numbers whose squares a double does not hold.
@@ -92,6 +146,9 @@ BeamTree assemble_tree(const Skeleton& skeleton, const StructureOptions& options
   check_root(options.root);
   if (!(options.added_mass_density >= 0 && options.added_mass_density <= 1e30)) {
     throw InputError("added mass density", std::to_string(options.added_mass_density), "0 kg/m^3 or more");
+  }
+  if (!(options.gravity >= 0 && options.gravity <= 1e30)) {
+    throw InputError("gravity", std::to_string(options.gravity), "0 m/s^2 or more");
   }
   BeamTree tree;
   for (int k = 0; k < skeleton.branch_count(); ++k) {
@@ -156,14 +213,8 @@ Eigen::VectorXd apply_mass(const BeamTree& tree, const Eigen::VectorXd& displace
 
 Eigen::VectorXd apply_stiffness(const BeamTree& tree, const Eigen::VectorXd& displacement) {
   check_equal("rows of the displacement", displacement.size(), tree.size());
-  Eigen::VectorXd wrench = displacement;
-  for (int k = tree.branch_count() - 1; k >= 0; --k) {  // e = B u
-    const int parent = tree.parent[index_of(k)];
-    if (parent < 0) continue;
-    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
-    wrench.segment<3>(6 * k) -= displacement.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
-    wrench.segment<3>(6 * k + 3) -= rotation;
-  }
+  const Eigen::VectorXd relative = relative_displacement(tree, displacement);
+  Eigen::VectorXd wrench = relative;
   for_each_branch_in_place(tree, wrench, [&](std::size_t k, const Split& e) {
     const Compliance& c = tree.compliances[k];
     const double determinant = c.deflection * c.slope_held;
@@ -171,10 +222,23 @@ Eigen::VectorXd apply_stiffness(const BeamTree& tree, const Eigen::VectorXd& dis
                  (c.slope * e.across - c.deflection_slope * e.bend) / determinant,
                  (c.deflection * e.bend - c.deflection_slope * e.across) / determinant);
   });
+  if (tree.is_loaded()) {
+    for (int k = 0; k < tree.branch_count(); ++k) {
+      const GeometricStiffness& geometric = tree.geometric[index_of(k)];
+      const int parent = tree.parent[index_of(k)];
+      wrench.segment<6>(6 * k) += geometric.relative * relative.segment<6>(6 * k);
+      if (parent >= 0) {
+        wrench.segment<6>(6 * k) += geometric.carried.transpose() * displacement.segment<3>(6 * parent + 3);
+      }
+    }
+  }
   Eigen::VectorXd force = wrench;
   for (int k = 0; k < tree.branch_count(); ++k) {  // B^T
     const int parent = tree.parent[index_of(k)];
     if (parent < 0) continue;
+    if (tree.is_loaded()) {
+      force.segment<3>(6 * parent + 3) += tree.geometric[index_of(k)].carried * relative.segment<6>(6 * k);
+    }
     const Vec3 end_force = wrench.segment<3>(6 * k);
     force.segment<3>(6 * parent) -= end_force;
     force.segment<3>(6 * parent + 3) -=
@@ -187,6 +251,12 @@ Eigen::VectorXd solve_static(const BeamTree& tree, const Eigen::VectorXd& force)
   check_equal("rows of the force", force.size(), tree.size());
   Eigen::VectorXd vector = force;
   gather_to_roots(tree, vector);
+  if (tree.is_loaded()) {
+    apply_root_transposed(tree, vector);
+    apply_root(tree, vector);
+    carry_to_tips(tree, vector);
+    return vector;
+  }
   for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& wrench) {
     const Compliance& c = tree.compliances[k];
     return Split(c.axial * wrench.along, c.torsion * wrench.twist,
@@ -200,11 +270,7 @@ Eigen::VectorXd solve_static(const BeamTree& tree, const Eigen::VectorXd& force)
 Eigen::VectorXd displacement_from_compliance_form(const BeamTree& tree, const Eigen::VectorXd& s) {
   check_equal("rows of the vector", s.size(), tree.size());
   Eigen::VectorXd vector = s;
-  for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& in) {
-    const ComplianceRoot root(tree.compliances[k]);
-    return Split(root.axial * in.along, root.torsion * in.twist, root.deflection * in.across,
-                 root.slope_deflection * in.across + root.slope * in.bend);
-  });
+  apply_root(tree, vector);
   carry_to_tips(tree, vector);
   return vector;
 }
@@ -212,12 +278,7 @@ Eigen::VectorXd displacement_from_compliance_form(const BeamTree& tree, const Ei
 Eigen::VectorXd apply_compliance_form(const BeamTree& tree, const Eigen::VectorXd& s) {
   Eigen::VectorXd vector = apply_mass(tree, displacement_from_compliance_form(tree, s));
   gather_to_roots(tree, vector);
-  for_each_branch_in_place(tree, vector, [&](std::size_t k, const Split& wrench) {  // S^T
-    const ComplianceRoot root(tree.compliances[k]);
-    return Split(root.axial * wrench.along, root.torsion * wrench.twist,
-                 root.deflection * wrench.across + root.slope_deflection * wrench.bend,
-                 root.slope * wrench.bend);
-  });
+  apply_root_transposed(tree, vector);
   return vector;
 }
 

@@ -9,6 +9,8 @@
 //
 // Displacement and force vectors have 6 rows per branch: those of the node at its end (x y z, rotation or
 // moment x y z; world axes). Roots have none.
+//
+// Under load K grows by the geometric stiffness, and the same sweeps hold with other numbers in B and S.
 #pragma once
 
 #include "tremula/geometry/skeleton.hpp"
@@ -38,6 +40,24 @@ struct StructureOptions {
   // Of a fluid that moves with the branches across their axes [kg/m^3]: a cylinder of fluid as large as the
   // branch (added mass, coefficient 1). Matters in water; 0 in air.
   double added_mass_density = 0;
+  // The shape a skeleton has is its shape under its own weight, along -z [m/s^2]: weight adds no sag, it
+  // makes what stands softer and what hangs stiffer. `assemble` heeds it. 0: none.
+  double gravity = 9.81;
+};
+
+// The potential of dead loads to second order, branch by branch: 1/2 e^T relative e + Theta^T carried e, with
+// e the displacement of the end relative to its rigidly carried start and Theta the rotation of the node that
+// carries it (prestress.hpp).
+struct GeometricStiffness {
+  Mat6 relative = Mat6::Zero();
+  Eigen::Matrix<double, 3, 6> carried = Eigen::Matrix<double, 3, 6>::Zero();
+};
+
+// What B^-1 and S become for a branch under load. Dead loads do not feel a translation, so the end goes with
+// the translation u of its carrier as before: u_end = (u, 0) + carry Theta + root s.
+struct LoadedBranch {
+  Eigen::Matrix<double, 6, 3> carry = Eigen::Matrix<double, 6, 3>::Zero();
+  Mat6 root = Mat6::Zero();  // lower triangular
 };
 
 // One entry per branch in every array, parents before children. A branch on a spring is condensed into one
@@ -50,23 +70,29 @@ struct BeamTree {
   std::vector<Compliance> compliances;
   std::vector<ElementMass> masses;     // of wood and of the leaves the branch carries
   std::vector<BladeSite> blades = {};  // the leaves, in any order
+  // Of a tree under load (under_load); of another both are empty.
+  std::vector<GeometricStiffness> geometric = {};
+  std::vector<LoadedBranch> loaded = {};
 
   int branch_count() const { return static_cast<int>(parent.size()); }
+  bool is_loaded() const { return !loaded.empty(); }
   Eigen::Index size() const { return 6 * static_cast<Eigen::Index>(parent.size()); }
 };
 
 // Throws InputError unless both stiffnesses are above 0 (1e-100 is the least) or infinite.
 void check_root(const RootSpring& spring);
 
-// Throws InputError for a material or a root that is not one (check_material, check_root) or an added mass
-// below 0, and for a skeleton that check_skeleton does not pass (leaves may be masses without a size).
+// The tree without its weight (under_load, weight in prestress.hpp). Throws InputError for a material or a
+// root that is not one (check_material, check_root) or an added mass below 0, and for a skeleton that
+// check_skeleton does not pass (leaves may be masses without a size).
 // Functions below throw it for vectors of another size.
 BeamTree assemble_tree(const Skeleton& skeleton, const StructureOptions& options);
 
 // M u.  (6N) -> (6N)
 Eigen::VectorXd apply_mass(const BeamTree& tree, const Eigen::VectorXd& displacement);
 
-// K u = B^T C^-1 B u. For checks: it loses the digits that solve_static keeps.
+// K u = B^T C^-1 B u, and what the geometric stiffness adds. For checks: it loses the digits that
+// solve_static keeps.
 Eigen::VectorXd apply_stiffness(const BeamTree& tree, const Eigen::VectorXd& displacement);
 
 // K^-1 f = B^-1 C B^-T f: the static deflection, exact. (6N) [N, N m] -> (6N) [m, rad]

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -22,22 +23,26 @@ namespace {
 constexpr int largest_subtree = 2048;    // branches of a block: 200 kB of motion and forces
 constexpr int parallel_branches = 8192;  // fewer: one thread is faster
 
-// The numbers of a group of branches, one branch a lane. Lanes without a branch are 0 throughout.
-template <int lanes>
+// The numbers of a group of branches, one branch a lane. Lanes without a branch are 0 throughout. How a
+// branch is carried and what its compliance is, is told in one way for a tree and in another for a tree under
+// load.
+template <int lanes, bool loaded>
 struct Group {
   // Sums and differences as the sweeps need them. a, t, b: the axial, torsion and bending mass.
   enum Number {
-    direction,                  // 3
-    reach = direction + 3,      // 3
-    arm = reach + 3,            // 3
-    root_deflection = arm + 3,  // of C = S S^T: across
-    root_slope_deflection,      //
-    root_slope,                 //
-    root_along,                 // axial - deflection
-    root_twist,                 // torsion - slope
-    along,                      // a00 - b00, a01 - b02, a11 - b22
-    twist = along + 3,          // t00 - b11, t01 - b13, t11 - b33
-    bending = twist + 3,        // b00 b01 b02 b03 b11 b12 b13 b22 b23 b33
+    direction,                                  // 3
+    reach = direction + 3,                      // 3
+    root_deflection = reach + 3,                // of C = S S^T: across
+    root_slope_deflection,                      //
+    root_slope,                                 //
+    root_along,                                 // axial - deflection
+    root_twist,                                 // torsion - slope
+    carry = direction + 3,                      // under load instead: 6 x 3, by rows
+    root = carry + 18,                          // and the lower triangle of 6 x 6, by rows
+    arm = loaded ? root + 21 : root_twist + 1,  // 3
+    along = arm + 3,                            // a00 - b00, a01 - b02, a11 - b22
+    twist = along + 3,                          // t00 - b11, t01 - b13, t11 - b33
+    bending = twist + 3,                        // b00 b01 b02 b03 b11 b12 b13 b22 b23 b33
     number_count = bending + 10,
   };
   std::array<std::array<double, lanes>, number_count> numbers{};
@@ -174,22 +179,30 @@ Layout lay_out(const BeamTree& tree) {
   return layout;
 }
 
-template <int lanes>
-void pack(const BeamTree& tree, int k, Group<lanes>& group, int lane) {
-  using Number = typename Group<lanes>::Number;
+template <int lanes, bool loaded>
+void pack(const BeamTree& tree, int k, Group<lanes, loaded>& group, int lane) {
+  using Number = typename Group<lanes, loaded>::Number;
   const auto set = [&](int number, double value) { group.numbers[index_of(number)][index_of(lane)] = value; };
   for (int i = 0; i < 3; ++i) {
     set(Number::direction + i, tree.members[index_of(k)].direction[i]);
-    set(Number::reach + i, tree.reach[index_of(k)][i]);
     set(Number::arm + i, tree.members[index_of(k)].start_arm[i]);
   }
-  const Compliance& c = tree.compliances[index_of(k)];
-  const double deflection = std::sqrt(c.deflection), slope = std::sqrt(c.slope_held);
-  set(Number::root_deflection, deflection);
-  set(Number::root_slope_deflection, c.deflection_slope / deflection);
-  set(Number::root_slope, slope);
-  set(Number::root_along, std::sqrt(c.axial) - deflection);
-  set(Number::root_twist, std::sqrt(c.torsion) - slope);
+  if constexpr (loaded) {
+    const LoadedBranch& branch = tree.loaded[index_of(k)];
+    for (int i = 0, next = 0; i < 6; ++i) {
+      for (int j = 0; j < 3; ++j) set(Number::carry + 3 * i + j, branch.carry(i, j));
+      for (int j = 0; j <= i; ++j, ++next) set(Number::root + next, branch.root(i, j));
+    }
+  } else {
+    for (int i = 0; i < 3; ++i) set(Number::reach + i, tree.reach[index_of(k)][i]);
+    const Compliance& c = tree.compliances[index_of(k)];
+    const double deflection = std::sqrt(c.deflection), slope = std::sqrt(c.slope_held);
+    set(Number::root_deflection, deflection);
+    set(Number::root_slope_deflection, c.deflection_slope / deflection);
+    set(Number::root_slope, slope);
+    set(Number::root_along, std::sqrt(c.axial) - deflection);
+    set(Number::root_twist, std::sqrt(c.torsion) - slope);
+  }
   const ElementMass& mass = tree.masses[index_of(k)];
   for (int i = 0, next = 0, next_bending = 0; i < 2; ++i) {
     for (int j = i; j < 2; ++j, ++next) {
@@ -268,53 +281,91 @@ TREMULA_INLINE void scatter_add_pair(const Triple<Lanes<lanes>>& first, const Tr
   }
 }
 
-template <int lanes>
+template <int lanes, bool loaded>
 struct GroupReader {
   using L = Lanes<lanes>;
-  const Group<lanes>& group;
+  using G = Group<lanes, loaded>;
+  const G& group;
   TREMULA_INLINE L number(int which) const {
     L value;
     load(group.numbers[static_cast<std::size_t>(which)].data(), value);
     return value;
   }
-  TREMULA_INLINE L bending(int i) const { return number(Group<lanes>::bending + i); }
+  TREMULA_INLINE L bending(int i) const { return number(G::bending + i); }
   TREMULA_INLINE Triple<L> triple(int which) const {
     return {number(which), number(which + 1), number(which + 2)};
+  }
+  // Under load: three rows of the carry times a rotation, and those of the root times s up to the diagonal.
+  TREMULA_INLINE Triple<L> carried(int row, const Triple<L>& rotation) const {
+    const int first = G::carry + 3 * row;
+    return {dot(triple(first), rotation), dot(triple(first + 3), rotation), dot(triple(first + 6), rotation)};
+  }
+  TREMULA_INLINE L root(int i, int j) const { return number(G::root + i * (i + 1) / 2 + j); }
+  TREMULA_INLINE Triple<L> upper_root(const Triple<L>& s) const {
+    return {root(0, 0) * s.x, root(1, 0) * s.x + root(1, 1) * s.y,
+            root(2, 0) * s.x + root(2, 1) * s.y + root(2, 2) * s.z};
+  }
+  TREMULA_INLINE Triple<L> lower_root(const Triple<L>& s, const Triple<L>& t) const {
+    const Triple<L> left = {dot(triple(G::root + 6), s), dot(triple(G::root + 10), s),
+                            dot(triple(G::root + 15), s)};
+    return left + Triple<L>{root(3, 3) * t.x, root(4, 3) * t.x + root(4, 4) * t.y,
+                            root(5, 3) * t.x + root(5, 4) * t.y + root(5, 5) * t.z};
+  }
+  // And the same transposed.
+  TREMULA_INLINE Triple<L> carried_back(const Triple<L>& force, const Triple<L>& moment) const {
+    return force.x * triple(G::carry) + force.y * triple(G::carry + 3) + force.z * triple(G::carry + 6) +
+           moment.x * triple(G::carry + 9) + moment.y * triple(G::carry + 12) +
+           moment.z * triple(G::carry + 15);
+  }
+  TREMULA_INLINE Triple<L> upper_root_back(const Triple<L>& force, const Triple<L>& moment) const {
+    return Triple<L>{root(0, 0) * force.x + root(1, 0) * force.y + root(2, 0) * force.z,
+                     root(1, 1) * force.y + root(2, 1) * force.z, root(2, 2) * force.z} +
+           moment.x * triple(G::root + 6) + moment.y * triple(G::root + 10) + moment.z * triple(G::root + 15);
+  }
+  TREMULA_INLINE Triple<L> lower_root_back(const Triple<L>& moment) const {
+    return {root(3, 3) * moment.x + root(4, 3) * moment.y + root(5, 3) * moment.z,
+            root(4, 4) * moment.y + root(5, 4) * moment.z, root(5, 5) * moment.z};
   }
 };
 
 // u = B^-1 S s from the roots of the block to its tips; `motion` begins with the inlets.
-template <int lanes>
-TREMULA_INLINE void sweep_to_tips(const Group<lanes>* groups, int count, const double* s, double* motion,
-                                  double* start_motion, int inlet_groups) {
+template <int lanes, bool loaded>
+TREMULA_INLINE void sweep_to_tips(const Group<lanes, loaded>* groups, int count, const double* s,
+                                  double* motion, double* start_motion, int inlet_groups) {
   using L = Lanes<lanes>;
-  using G = Group<lanes>;
+  using G = Group<lanes, loaded>;
   for (int g = 0; g < count; ++g) {
-    const GroupReader<lanes> read{groups[g]};
+    const GroupReader<lanes, loaded> read{groups[g]};
     Triple<L> force, moment, u, theta;
     load_pair<lanes>(s + 6 * lanes * g, force, moment);
     gather_pair<lanes>(motion, groups[g].parent.data(), u, theta);
     store_pair<lanes>(u, theta, start_motion + 6 * lanes * g);
-    const Triple<L> d = read.triple(G::direction);
-    u = u + cross(theta, read.triple(G::reach)) + read.number(G::root_deflection) * force +
-        (read.number(G::root_along) * dot(force, d)) * d;
-    theta = theta + read.number(G::root_slope) * moment + (read.number(G::root_twist) * dot(moment, d)) * d +
-            read.number(G::root_slope_deflection) * cross(d, force);
+    if constexpr (loaded) {
+      u = u + read.carried(0, theta) + read.upper_root(force);
+      theta = read.carried(3, theta) + read.lower_root(force, moment);
+    } else {
+      const Triple<L> d = read.triple(G::direction);
+      u = u + cross(theta, read.triple(G::reach)) + read.number(G::root_deflection) * force +
+          (read.number(G::root_along) * dot(force, d)) * d;
+      theta = theta + read.number(G::root_slope) * moment +
+              (read.number(G::root_twist) * dot(moment, d)) * d +
+              read.number(G::root_slope_deflection) * cross(d, force);
+    }
     store_pair<lanes>(u, theta, motion + 6 * lanes * (inlet_groups + g));
   }
 }
 
 // The forces of the masses, their sum B^-T from the tips to the roots, and S^T. `forces` begins with the
 // inlets and is 0 before. Returns s . out.
-template <int lanes>
-TREMULA_INLINE double sweep_to_roots(const Group<lanes>* groups, int count, const double* s,
+template <int lanes, bool loaded>
+TREMULA_INLINE double sweep_to_roots(const Group<lanes, loaded>* groups, int count, const double* s,
                                      const double* motion, const double* start_motion, double* forces,
                                      int inlet_groups, double* out) {
   using L = Lanes<lanes>;
-  using G = Group<lanes>;
+  using G = Group<lanes, loaded>;
   L product{};
   for (int g = count - 1; g >= 0; --g) {
-    const GroupReader<lanes> read{groups[g]};
+    const GroupReader<lanes, loaded> read{groups[g]};
     Triple<L> u0, theta0, u1, theta1, force1, moment1;
     load_pair<lanes>(start_motion + 6 * lanes * g, u0, theta0);
     load_pair<lanes>(motion + 6 * lanes * (inlet_groups + g), u1, theta1);
@@ -338,15 +389,19 @@ TREMULA_INLINE double sweep_to_roots(const Group<lanes>* groups, int count, cons
               read.bending(9) * theta1 +
               (read.number(G::twist + 1) * twist0 + read.number(G::twist + 2) * twist1) * d;
 
-    scatter_add_pair<lanes>(force0 + force1,
-                            moment0 + moment1 + cross(arm, force0) + cross(read.triple(G::reach), force1),
-                            groups[g].parent.data(), forces);
-
-    const L slope_deflection = read.number(G::root_slope_deflection);
-    const Triple<L> out1 = read.number(G::root_deflection) * force1 + slope_deflection * cross(moment1, d) +
-                           (read.number(G::root_along) * dot(force1, d)) * d;
-    const Triple<L> out2 =
-        read.number(G::root_slope) * moment1 + (read.number(G::root_twist) * dot(moment1, d)) * d;
+    Triple<L> carried, out1, out2;
+    if constexpr (loaded) {
+      carried = moment0 + cross(arm, force0) + read.carried_back(force1, moment1);
+      out1 = read.upper_root_back(force1, moment1);
+      out2 = read.lower_root_back(moment1);
+    } else {
+      carried = moment0 + moment1 + cross(arm, force0) + cross(read.triple(G::reach), force1);
+      const L slope_deflection = read.number(G::root_slope_deflection);
+      out1 = read.number(G::root_deflection) * force1 + slope_deflection * cross(moment1, d) +
+             (read.number(G::root_along) * dot(force1, d)) * d;
+      out2 = read.number(G::root_slope) * moment1 + (read.number(G::root_twist) * dot(moment1, d)) * d;
+    }
+    scatter_add_pair<lanes>(force0 + force1, carried, groups[g].parent.data(), forces);
     store_pair<lanes>(out1, out2, out + 6 * lanes * g);
     Triple<L> s1, s2;
     load_pair<lanes>(s + 6 * lanes * g, s1, s2);
@@ -360,22 +415,25 @@ TREMULA_INLINE double sweep_to_roots(const Group<lanes>* groups, int count, cons
 }
 
 // Clones of templates do not exist; these are what they would be.
-#define TREMULA_SWEEPS(lanes)                                                                         \
-  TREMULA_CLONES void to_tips(const Group<lanes>* groups, int count, const double* s, double* motion, \
-                              double* start_motion, int inlet_groups) {                               \
-    sweep_to_tips<lanes>(groups, count, s, motion, start_motion, inlet_groups);                       \
-  }                                                                                                   \
-  TREMULA_CLONES double to_roots(const Group<lanes>* groups, int count, const double* s,              \
-                                 const double* motion, const double* start_motion, double* forces,    \
-                                 int inlet_groups, double* out) {                                     \
-    return sweep_to_roots<lanes>(groups, count, s, motion, start_motion, forces, inlet_groups, out);  \
+#define TREMULA_SWEEPS(lanes, loaded)                                                                        \
+  TREMULA_CLONES void to_tips(const Group<lanes, loaded>* groups, int count, const double* s,                \
+                              double* motion, double* start_motion, int inlet_groups) {                      \
+    sweep_to_tips<lanes, loaded>(groups, count, s, motion, start_motion, inlet_groups);                      \
+  }                                                                                                          \
+  TREMULA_CLONES double to_roots(const Group<lanes, loaded>* groups, int count, const double* s,             \
+                                 const double* motion, const double* start_motion, double* forces,           \
+                                 int inlet_groups, double* out) {                                            \
+    return sweep_to_roots<lanes, loaded>(groups, count, s, motion, start_motion, forces, inlet_groups, out); \
   }
-TREMULA_SWEEPS(8)
-TREMULA_SWEEPS(4)
-TREMULA_SWEEPS(1)
+TREMULA_SWEEPS(8, false)
+TREMULA_SWEEPS(4, false)
+TREMULA_SWEEPS(1, false)
+TREMULA_SWEEPS(8, true)
+TREMULA_SWEEPS(4, true)
+TREMULA_SWEEPS(1, true)
 #undef TREMULA_SWEEPS
 
-template <int lanes>
+template <int lanes, bool loaded>
 class PackedTree {
  public:
   PackedTree(const BeamTree& tree, Layout layout)
@@ -494,7 +552,7 @@ class PackedTree {
   }
 
   Layout layout_;
-  std::vector<Group<lanes>> groups_;
+  std::vector<Group<lanes, loaded>> groups_;
   std::vector<int> first_inlet_{};
   std::vector<double> inlet_forces_{}, products_{};
   Scratch top_{};
@@ -504,13 +562,18 @@ class PackedTree {
 }  // namespace
 
 struct ComplianceOperator::Impl {
-  std::variant<PackedTree<1>, PackedTree<4>, PackedTree<8>> tree;
+  using Packed = std::variant<PackedTree<1, false>, PackedTree<4, false>, PackedTree<8, false>,
+                              PackedTree<1, true>, PackedTree<4, true>, PackedTree<8, true>>;
+  Packed tree;
 
-  static std::variant<PackedTree<1>, PackedTree<4>, PackedTree<8>> packed(const BeamTree& tree) {
-    Layout layout = lay_out(tree);
-    if (layout.lanes == 8) return PackedTree<8>(tree, std::move(layout));
-    if (layout.lanes == 4) return PackedTree<4>(tree, std::move(layout));
-    return PackedTree<1>(tree, std::move(layout));
+  template <bool loaded>
+  static Packed packed(const BeamTree& tree, Layout layout) {
+    if (layout.lanes == 8) return PackedTree<8, loaded>(tree, std::move(layout));
+    if (layout.lanes == 4) return PackedTree<4, loaded>(tree, std::move(layout));
+    return PackedTree<1, loaded>(tree, std::move(layout));
+  }
+  static Packed packed(const BeamTree& tree) {
+    return tree.is_loaded() ? packed<true>(tree, lay_out(tree)) : packed<false>(tree, lay_out(tree));
   }
 };
 

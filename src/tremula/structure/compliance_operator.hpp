@@ -10,8 +10,8 @@
 
 namespace tremula {
 
-// A = S^T B^-T M B^-1 S as one sweep from the roots to the tips and one back, on its own order of the
-// branches.
+// A = S^T B^-T M B^-1 S, for a tree under load with the B and S it has then, as one sweep from the roots to
+// the tips and one back, on its own order of the branches.
 //
 // The tree is cut into blocks, subtrees of some two thousand branches whose motion stays in the second-level
 // cache between the two sweeps, and the rest, the top, that carries them. Inside a block branches go by

@@ -41,6 +41,15 @@ ElementBlocks stiffness_blocks(const Compliance& c, const Vec3& direction, const
   return {carry.transpose() * end * carry, -carry.transpose() * end, end};
 }
 
+ElementBlocks geometric_blocks(const GeometricStiffness& geometric, const Vec3& reach) {
+  const Mat6 carry = rigid_carry(reach);
+  Mat6 carried = Mat6::Zero();
+  carried.bottomRows<3>() = geometric.carried;
+  const Mat6 both = carried * carry;  // e = u_end - carry u_start
+  return {carry.transpose() * geometric.relative * carry - both - both.transpose(),
+          carried - carry.transpose() * geometric.relative, geometric.relative};
+}
+
 Mat6 compliance_block(const Compliance& c, const Vec3& direction) {
   return block(c.axial, c.torsion, c.deflection, c.deflection_slope, c.deflection_slope, c.slope, direction);
 }

@@ -7,6 +7,7 @@
 
 #include "tremula/base/types.hpp"
 #include "tremula/structure/beam.hpp"
+#include "tremula/structure/beam_tree.hpp"
 
 namespace tremula {
 
@@ -24,6 +25,10 @@ ElementBlocks mass_blocks(const ElementMass& mass, const Vec3& direction);
 // Of the stiffness: C^-1 on the displacement of the end relative to the rigidly carried start. reach: from
 // what counts as the start to the end; longer than the beam where a rigid arm leads to it.
 ElementBlocks stiffness_blocks(const Compliance& compliance, const Vec3& direction, const Vec3& reach);
+
+// Of the geometric stiffness, over the displacements of the node that carries the start and of the end.
+// reach: from that node to the end.
+ElementBlocks geometric_blocks(const GeometricStiffness& geometric, const Vec3& reach);
 
 // The compliance of the tip, C, and a root of it, C = S S^T.
 Mat6 compliance_block(const Compliance& compliance, const Vec3& direction);

@@ -200,20 +200,63 @@ Solver::Step Solver::follow(const Eigen::VectorXd& strains, const std::vector<Be
   return step;
 }
 
+// A force among the ends of a branch, by how much of it each takes along and across the chord.
+void share(const Member& member, const BentBranch& branch, const Eigen::Vector2d& axial,
+           const Eigen::Vector4d& deflection, const Vec3& force, EndLoads& loads) {
+  const Vec3 direction = branch.chord_frame * member.direction;
+  const Vec3 along = direction * direction.dot(force), across = force - along,
+             moment = direction.cross(force);
+  loads.start_force += axial[0] * along + deflection[0] * across;
+  loads.start_moment += deflection[1] * moment;
+  loads.end_force += axial[1] * along + deflection[2] * across;
+  loads.end_moment += deflection[3] * moment;
+}
+
 }  // namespace
 
 void add_force(const Member& member, const BentBranch& branch, double s, const Vec3& force,
                const Mat3& turning, EndLoads& loads) {
   const Shape shape = shape_at(member.beam, s);
-  const Vec3 direction = branch.chord_frame * member.direction;
-  const Vec3 along = direction * direction.dot(force), across = force - along,
-             moment = direction.cross(force);
-  loads.start_force += shape.axial[0] * along + shape.deflection[0] * across;
-  loads.start_moment += shape.deflection[1] * moment;
-  loads.end_force += shape.axial[1] * along + shape.deflection[2] * across;
-  loads.end_moment += shape.deflection[3] * moment;
+  share(member, branch, shape.axial, shape.deflection, force, loads);
   loads.start_turning += shape.deflection[0] * turning;
   loads.end_turning += shape.deflection[2] * turning;
+}
+
+DeadLoadsOnBranches::DeadLoadsOnBranches(const BeamTree& tree, const DeadLoads& loads)
+    : tree_(tree), first_(tree.parent.size() + 1, 0) {
+  check_dead_loads(tree, loads);
+  std::vector<std::vector<Shared>> of_branch(tree.parent.size());
+  // Forces in one direction are shared as one.
+  const auto add = [&](std::size_t k, const Vec3& force, const Shape& shape) {
+    if (force.isZero(0)) return;
+    std::vector<Shared>& forces = of_branch[k];
+    if (forces.empty() || !forces[0].force.cross(force).isZero(0)) {
+      forces.push_back({force, shape.axial, shape.deflection});
+      return;
+    }
+    const double size = force.dot(forces[0].force) / forces[0].force.squaredNorm();
+    forces[0].axial += size * shape.axial;
+    forces[0].deflection += size * shape.deflection;
+  };
+  for (std::size_t k = 0; k < tree.parent.size(); ++k) {
+    for (const VolumePoint& point : volume_points(tree.members[k].beam))
+      add(k, point.volume * loads.per_volume[k], shape_at(tree.members[k].beam, point.s));
+  }
+  for (const PointForce& point : loads.points) {
+    const std::size_t k = index_of(point.branch);
+    add(k, point.force, shape_at(tree.members[k].beam, point.position));
+  }
+  for (std::size_t k = 0; k < of_branch.size(); ++k) {
+    forces_.insert(forces_.end(), of_branch[k].begin(), of_branch[k].end());
+    first_[k + 1] = forces_.size();
+  }
+}
+
+void DeadLoadsOnBranches::add_to(int k, const BentBranch& branch, EndLoads& loads) const {
+  for (std::size_t i = first_[index_of(k)]; i < first_[index_of(k) + 1]; ++i) {
+    const Shared& of = forces_[i];
+    share(tree_.members[index_of(k)], branch, of.axial, of.deflection, of.force, loads);
+  }
 }
 
 Wrenches sum_wrenches(const BeamTree& tree, const std::vector<BentBranch>& bent, const BranchLoads& loads) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "tremula/structure/bent_tree.hpp"
+#include "tremula/structure/prestress.hpp"
 
 #include <functional>
 #include <vector>
@@ -28,6 +29,25 @@ struct EndLoads {
 // functions of the straight beam share it (point_shape).
 void add_force(const Member& member, const BentBranch& branch, double s, const Vec3& force,
                const Mat3& turning, EndLoads& loads);
+
+// Dead loads (prestress.hpp) as loads on branches that bend.
+class DeadLoadsOnBranches {
+ public:
+  // Throws as geometric_stiffness does.
+  DeadLoadsOnBranches(const BeamTree& tree, const DeadLoads& loads);
+  void add_to(int k, const BentBranch& branch, EndLoads& loads) const;
+
+ private:
+  // A force on a branch, by how it is shared: axial and deflection of Shape, summed over where it acts.
+  struct Shared {
+    Vec3 force;
+    Eigen::Vector2d axial;
+    Eigen::Vector4d deflection;
+  };
+  const BeamTree& tree_;
+  std::vector<std::size_t> first_;
+  std::vector<Shared> forces_;
+};
 
 // The loads on branch k as it stands. Called once for each branch and step; not by several threads.
 using BranchLoads = std::function<EndLoads(int k, const BentBranch& branch)>;

@@ -141,6 +141,7 @@ Structure assemble(const Frame& frame, const FrameOptions& options) {
   structure.find_ground_inertia = [matrices, frame, options] {
     return ground_inertia(*matrices, frame, options);
   };
+  structure.find_load_margin = [] { return LoadMargin{}; };
   structure.row_count = matrices->size();
   return structure;
 }

@@ -36,14 +36,17 @@ std::vector<int> negative_pivots(const BeamTree& tree, double omega) {
     const ElementBlocks mass = mass_blocks(tree.masses[index], direction);
     const Mat6 end = minus_square * mass.end + carried[index];
     const Mat6 root = compliance_root(tree.compliances[index], direction);
-    const Mat6 pivot = Mat6::Identity() + root.transpose() * end * root;
+    const bool loaded = tree.is_loaded();
+    const Mat6 on_end = loaded ? Mat6(end + tree.geometric[index].relative) : end;
+    const Mat6 pivot = Mat6::Identity() + root.transpose() * on_end * root;
     counts[index] = negative_count(pivot);
 
     const int parent = tree.parent[index];
     if (parent < 0) continue;
     // In (u_start, e), u_end = R u_start + e; then e is eliminated.
     const Mat6 rigid = rigid_carry(tree.reach[index] - tree.members[index].start_arm);
-    const Mat6 coupling = minus_square * mass.cross + rigid.transpose() * end;
+    Mat6 coupling = minus_square * mass.cross + rigid.transpose() * end;
+    if (loaded) coupling.bottomRows<3>() += tree.geometric[index].carried;
     const Mat6 start =
         minus_square * (mass.start + mass.cross * rigid + rigid.transpose() * mass.cross.transpose()) +
         rigid.transpose() * end * rigid;

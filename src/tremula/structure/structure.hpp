@@ -7,7 +7,9 @@
 #include "tremula/structure/bent_tree.hpp"
 #include "tremula/structure/eigen_problem.hpp"
 #include "tremula/structure/frame.hpp"
+#include "tremula/structure/load_margin.hpp"
 #include "tremula/structure/member.hpp"
+#include "tremula/structure/prestress.hpp"
 #include "tremula/structure/sites.hpp"
 
 #include <functional>
@@ -44,24 +46,29 @@ struct Structure {
   EigenParts eigen;
   std::function<Sites()> find_sites;                   // where the wind takes hold
   std::function<GroundInertia()> find_ground_inertia;  // how it answers to ground that speeds up
+  std::function<LoadMargin()> find_load_margin;        // none where nothing has weight: a frame, gravity 0
   Eigen::Index row_count = 0;
   std::shared_ptr<const BeamTree> tree;  // what bends as far as one likes (bent_tree.hpp); null for frames
+  DeadLoads weight = {};                 // that a tree stands under; empty: none
 
   Eigen::Index size() const { return row_count; }
 };
 
-// The nodes of a tree are its roots and then the ends of its branches; its members are the branches. Throws
-// as assemble_tree does.
+// The nodes of a tree are its roots and then the ends of its branches; its members are the branches. Under
+// gravity the skeleton is the shape that its weight has made, and stays as it is. Throws as assemble_tree
+// does, and InputError where the plant cannot carry its weight: the message names the branch and the
+// stiffness that would.
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
 // Nodes and members are those of the frame; it counts as one part, even where it stands in several. Throws as
 // assemble_frame does, and InputError where the stiffness is not positive definite to working precision.
 Structure assemble(const Frame& frame, const FrameOptions& options = {});
 
-// A tree as it stands bent (bent_tree.hpp), for what is small about that: nodes, members and sites are where
-// they then are, straight between their ends. Throws InputError for a structure that is no tree and for
-// another number of branches.
-Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent);
+// A tree as it stands bent (bent_tree.hpp) under its weight and other dead forces, for what is small about
+// that: nodes, members and sites are where they then are, straight between their ends. Throws InputError for
+// a structure that is no tree and for another number of branches, and Error where it would buckle.
+Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent,
+                         std::span<const PointForce> forces = {});
 
 // The height of the lowest node that the ground holds [m].
 double ground_height(const Structure& structure);

@@ -4,8 +4,11 @@
 #include "tremula/structure/element_blocks.hpp"
 #include "tremula/structure/independent_parts.hpp"
 #include "tremula/structure/mode_count.hpp"
+#include "tremula/structure/prestress.hpp"
 #include "tremula/structure/structure.hpp"
 
+#include <cmath>
+#include <cstdio>
 #include <memory>
 #include <numeric>
 #include <string>
@@ -108,7 +111,22 @@ std::vector<Node> nodes_of(const Skeleton& skeleton) {
   return nodes;
 }
 
-Structure structure_of(const Tree& tree, std::vector<Node> nodes) {
+[[noreturn]] void refuse_weight(const LoadMargin& margin, const StructureOptions& options) {
+  char found[120], wanted[200];
+  std::snprintf(found, sizeof found, "buckles under the weight of the plant (load margin %.3g)",
+                margin.factor);
+  if (std::isfinite(options.root.rotation) || std::isfinite(options.root.translation)) {
+    std::snprintf(wanted, sizeof wanted, "wood and roots %.3g times as stiff, or gravity 0",
+                  1 / margin.factor);
+  } else {
+    std::snprintf(wanted, sizeof wanted,
+                  "a Young's modulus of %.3g Pa or more (shear modulus in proportion), or gravity 0",
+                  options.material.youngs_modulus / margin.factor);
+  }
+  throw InputError("branch " + std::to_string(margin.branch), found, wanted);
+}
+
+Structure structure_of(const Tree& tree, std::vector<Node> nodes, DeadLoads weight) {
   Structure structure;
   structure.nodes = std::move(nodes);
   structure.members = tree->members;
@@ -117,29 +135,49 @@ Structure structure_of(const Tree& tree, std::vector<Node> nodes) {
   structure.eigen = eigen_parts(tree);
   structure.find_sites = [tree] { return find_sites(tree->members, tree, tree->blades, tree->size()); };
   structure.find_ground_inertia = [tree] { return ground_inertia(*tree); };
+  structure.find_load_margin = [tree] {
+    return tree->is_loaded() ? load_margin(*tree, tree->geometric) : LoadMargin{};
+  };
   structure.row_count = tree->size();
   structure.tree = tree;
+  structure.weight = std::move(weight);
   return structure;
 }
 
 }  // namespace
 
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
-  return structure_of(std::make_shared<const BeamTree>(assemble_tree(skeleton, options)), nodes_of(skeleton));
+  BeamTree tree = assemble_tree(skeleton, options);
+  DeadLoads weight_of_all;
+  if (options.gravity != 0) {
+    weight_of_all = weight(skeleton, options);
+    const bool stands = take_load(geometric_stiffness(tree, weight_of_all), tree);
+    if (!stands) refuse_weight(load_margin(tree, tree.geometric), options);
+  }
+  return structure_of(std::make_shared<const BeamTree>(std::move(tree)), nodes_of(skeleton),
+                      std::move(weight_of_all));
 }
 
-Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent) {
+Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent,
+                         std::span<const PointForce> forces) {
   if (!structure.tree) throw InputError("structure to bend", "a frame", "a tree");
   BeamTree standing = tree_at(*structure.tree, bent);
   for (BladeSite& blade : standing.blades) {
-    const auto member = static_cast<std::size_t>(blade.member);
-    blade.normal = point_on(structure.tree->members[member], bent[member], blade.place).frame * blade.normal;
+    const std::size_t k = index_of(blade.member);
+    blade.normal = point_on(structure.tree->members[k], bent[k], blade.place).frame * blade.normal;
+  }
+  DeadLoads loads = structure.weight;
+  loads.per_volume.resize(standing.parent.size(), Vec3::Zero());
+  loads.points.insert(loads.points.end(), forces.begin(), forces.end());
+  if (!take_load(geometric_stiffness(standing, loads), standing)) {
+    throw Error("lean: the plant as it stands in the wind buckles; choose less wind or stiffer wood");
   }
   std::vector<Node> nodes = structure.nodes;
   for (Node& node : nodes) {
-    if (node.row >= 0) node.position = bent[static_cast<std::size_t>(node.row / 6)].end;
+    if (node.row >= 0) node.position = bent[index_of(node.row / 6)].end;
   }
-  return structure_of(std::make_shared<const BeamTree>(std::move(standing)), std::move(nodes));
+  return structure_of(std::make_shared<const BeamTree>(std::move(standing)), std::move(nodes),
+                      structure.weight);
 }
 
 }  // namespace tremula
