@@ -1,6 +1,7 @@
 #include "tremula/dynamics/static_correction.hpp"
 
 #include "tremula/base/check.hpp"
+#include "tremula/dynamics/loads.hpp"
 
 #include <cmath>
 #include <numbers>

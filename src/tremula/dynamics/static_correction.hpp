@@ -1,13 +1,14 @@
 // What the modes that were left out add: they still follow the slow wind.
 #pragma once
 
-#include "tremula/dynamics/loads.hpp"
 #include "tremula/modes/modes.hpp"
 #include "tremula/structure/structure.hpp"
 
 #include <Eigen/Core>
 
 namespace tremula {
+
+struct Loads;
 
 // Shapes beside the modes, at right angles to them in mass and in stiffness and mass-normalised like them.
 // Their coordinates follow the wind at once: y = f/omega^2.
