@@ -9,8 +9,8 @@ namespace tremula {
 //
 // the square of the speed far below the folding speed, F ~ U^(2 + E) far above it.
 struct FoliageLaw {
-  double vogel_exponent = -0.7;  // E
-  double folding_speed = 5;      // U_f [m/s]
+  double vogel_exponent = -1;  // E
+  double folding_speed = 3;    // U_f [m/s]
 };
 
 // Throws InputError for an exponent outside [-4/3, 0], the lower end that of a disk that rolls up to a cone

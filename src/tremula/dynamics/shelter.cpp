@@ -1,0 +1,139 @@
+#include "tremula/dynamics/shelter.hpp"
+
+#include "tremula/base/check.hpp"
+#include "tremula/base/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace tremula {
+namespace {
+
+// In cells, from the mean of the places.
+struct Grid {
+  Eigen::VectorXd along;      // the wind
+  Eigen::Matrix2Xd across;    // it
+  std::vector<int> downwind;  // the sites from the first that the wind meets to the last
+};
+
+// The share that a site has in a column.
+struct Entry {
+  std::int64_t column;
+  int rank;  // of the site in Grid::downwind
+  double weight;
+};
+
+void check_places(const Eigen::Matrix3Xd& places, const Eigen::VectorXd& drag_area) {
+  check_equal("drag areas of the sites", drag_area.size(), places.cols());
+  if (!places.allFinite()) throw InputError("places of the sites", "numbers that are not finite", "metres");
+  if (!drag_area.allFinite() || (drag_area.array() < 0).any())
+    throw InputError("drag areas of the sites", "one below 0 or not finite", "0 or more");
+}
+
+void check_direction(const Vec3& direction) {
+  constexpr double rounding = 1e-6;
+  const double length = direction.norm();
+  if (!(std::abs(length - 1) < rounding))
+    throw InputError("length of the direction of the wind", std::to_string(length), "1");
+}
+
+Grid lay_grid(const Eigen::Matrix3Xd& places, const Vec3& direction, double cell) {
+  if (!std::isfinite(cell) || cell <= 0)
+    throw InputError("cell of the shelter", std::to_string(cell), "a number above 0");
+  constexpr double most_cells = 1e9;
+  const Eigen::Matrix3Xd from_mean = (places.colwise() - places.rowwise().mean()) / cell;
+  if (!(from_mean.cwiseAbs().maxCoeff() < 0.5 * most_cells))
+    throw InputError("cell of the shelter", std::to_string(cell) + " m",
+                     "at least a billionth of the extent of the plant");
+  // Level in a wind that is, so that grid and wind turn together.
+  const Vec3 sideways = direction.unitOrthogonal();
+  Grid grid;
+  grid.along = from_mean.transpose() * direction;
+  grid.across.resize(2, places.cols());
+  grid.across << sideways.transpose() * from_mean, direction.cross(sideways).transpose() * from_mean;
+  grid.downwind.resize(index_of(places.cols()));
+  std::iota(grid.downwind.begin(), grid.downwind.end(), 0);
+  std::ranges::sort(grid.downwind, [&](int a, int b) {
+    return grid.along[a] != grid.along[b] ? grid.along[a] < grid.along[b] : a < b;
+  });
+  return grid;
+}
+
+// Column by column, downwind in each: memory goes with the sites, whatever the room between them.
+std::vector<Entry> share_among_columns(const Grid& grid) {
+  std::vector<Entry> entries;
+  entries.reserve(4 * grid.downwind.size());
+  for (std::size_t rank = 0; rank < grid.downwind.size(); ++rank) {
+    const Eigen::Array2d place = grid.across.col(grid.downwind[rank]), low = place.floor(), x = place - low;
+    const auto first = low.cast<std::int64_t>().eval();
+    for (int corner = 0; corner < 4; ++corner) {
+      const int i = corner & 1, j = corner >> 1;
+      const std::int64_t column = (first[0] + i) * (std::int64_t{1} << 32) + first[1] + j;
+      const double weight = (i == 0 ? 1 - x[0] : x[0]) * (j == 0 ? 1 - x[1] : x[1]);
+      entries.push_back({column, static_cast<int>(rank), weight});
+    }
+  }
+  std::ranges::sort(entries, [](const Entry& a, const Entry& b) {
+    return a.column != b.column ? a.column < b.column : a.rank < b.rank;
+  });
+  return entries;
+}
+
+// What is left of the wind at the sites of one column, weighted, added to theirs. Each takes its share
+// evenly over a cell, half of it before its place. `face` of the column [m^2].
+void blow_through(std::span<const Entry> column, const Grid& grid, const Eigen::VectorXd& drag_area,
+                  double face, bool induction, Eigen::VectorXd& shelter) {
+  const auto site = [&](std::size_t k) { return grid.downwind[index_of(column[k].rank)]; };
+  const auto depth_of = [&](std::size_t k) {  // -ln of what it leaves of the wind
+    return 0.5 * column[k].weight * drag_area[site(k)] / face;
+  };
+  double total = 0;
+  for (std::size_t k = 0; k < column.size(); ++k) total += depth_of(k);
+  // The sites from `passed` to `begun` take their share about site k, those before have taken it.
+  double taken = 0, taking = 0, moment = 0;  // moment: of `taking`, about the place of site k
+  std::size_t passed = 0, begun = 0;
+  for (std::size_t k = 0; k < column.size(); ++k) {
+    const double place = grid.along[site(k)];
+    if (k > 0) moment -= taking * (place - grid.along[site(k - 1)]);
+    for (; begun < column.size() && grid.along[site(begun)] < place + 0.5; ++begun) {
+      taking += depth_of(begun);
+      moment += depth_of(begun) * (grid.along[site(begun)] - place);
+    }
+    for (; grid.along[site(passed)] <= place - 0.5; ++passed) {
+      taking -= depth_of(passed);
+      moment -= depth_of(passed) * (grid.along[site(passed)] - place);
+      taken += depth_of(passed);
+    }
+    const double own = depth_of(k);
+    const double before = std::max(0.0, taken + 0.5 * taking - moment - 0.5 * own);
+    const double thrust = induction ? -std::expm1(-2 * std::max(0.0, total - own)) : 0;
+    // (1 - i)^2 thrust = 4 i (1 - i)
+    shelter[site(k)] += column[k].weight * std::exp(-before) * 4 / (4 + thrust);
+  }
+}
+
+}  // namespace
+
+Eigen::VectorXd find_shelter(const Eigen::Matrix3Xd& places, const Eigen::VectorXd& drag_area,
+                             const Vec3& direction, const ShelterOptions& options) {
+  check_places(places, drag_area);
+  check_direction(direction);
+  if (!options.on || places.cols() == 0) return Eigen::VectorXd::Ones(places.cols());
+  const Grid grid = lay_grid(places, direction, options.cell);
+  const std::vector<Entry> entries = share_among_columns(grid);
+  Eigen::VectorXd shelter = Eigen::VectorXd::Zero(places.cols());
+  for (std::size_t first = 0, last; first < entries.size(); first = last) {
+    last = first + 1;
+    while (last < entries.size() && entries[last].column == entries[first].column) ++last;
+    blow_through({entries.data() + first, last - first}, grid, drag_area, options.cell * options.cell,
+                 options.induction, shelter);
+  }
+  return shelter.cwiseMin(1);
+}
+
+}  // namespace tremula
