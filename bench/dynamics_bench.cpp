@@ -3,7 +3,9 @@
 #include <numbers>
 
 #include "plants.hpp"
+#include "tremula/dynamics/gust_average.hpp"
 #include "tremula/dynamics/response.hpp"
+#include "tremula/dynamics/shelter.hpp"
 #include "tremula/pipeline.hpp"
 #include "tremula/reference/modal_load_spectrum.hpp"
 #include "tremula/structure/structure.hpp"
@@ -94,6 +96,42 @@ void modal_forces_directly_again(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(draw_modal_forces(spectrum, 20, 1, 30));
 }
 BENCHMARK(modal_forces_directly_again)->Unit(benchmark::kMicrosecond);
+
+// One wind of gusts, averaged. Limit: an exponential and three or four divisions at each of 14 nodes.
+GustStatistics gusts() {
+  Mat3 covariance = Vec3(4, 2.5, 1).asDiagonal();
+  covariance(0, 2) = covariance(2, 0) = -0.5;
+  return {Vec3(5, 0.1, 0.2), covariance};
+}
+
+void average_over_cylinder(benchmark::State& state) {
+  GustStatistics wind = gusts();
+  const Vec3 along = Vec3(0.2, 0.1, 1).normalized();
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(wind);
+    benchmark::DoNotOptimize(average_drag_across(along, wind));
+  }
+}
+BENCHMARK(average_over_cylinder)->Unit(benchmark::kNanosecond);
+
+void average_over_foliage(benchmark::State& state) {
+  GustStatistics wind = gusts();
+  const FoldingMixture mixture = mix_folding({});
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(wind);
+    benchmark::DoNotOptimize(average_folding_drag(mixture, wind));
+  }
+}
+BENCHMARK(average_over_foliage)->Unit(benchmark::kNanosecond);
+
+// Of sites that fill a crown of 8 m. Limit: to sort four entries a site.
+void shelter_in_crown(benchmark::State& state) {
+  const auto count = static_cast<Eigen::Index>(state.range(0));
+  const Eigen::Matrix3Xd places = 4 * Eigen::Matrix3Xd::Random(3, count);
+  const Eigen::VectorXd drag_area = Eigen::VectorXd::Constant(count, 60.0 / static_cast<double>(count));
+  for (auto _ : state) benchmark::DoNotOptimize(find_shelter(places, drag_area, Vec3::UnitX()));
+}
+BENCHMARK(shelter_in_crown)->Arg(20000)->Arg(200000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace tremula

@@ -6,7 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include "tremula/dynamics/foliage.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
+#include "tremula/dynamics/shelter.hpp"
 #include "tremula/geometry/grow.hpp"
 #include "tremula/geometry/plants.hpp"
 #include "tremula/geometry/turtle.hpp"
@@ -110,6 +112,15 @@ TEST(Defaults, OfTheLoadsAreAirOnCylindersAndFoldedLeaves) {
   EXPECT_EQ(Weather{}.lean.rotations, Rotations::large);
   EXPECT_TRUE(Weather{}.lean.shelter.on);
   EXPECT_EQ(Weather{}.lean.shelter.cell, 0.5);  // [m]
+}
+
+TEST(Defaults, OfACrownAreLeavesThatFoldInEachOthersShelter) {
+  EXPECT_EQ(FoliageLaw{}.vogel_exponent, -1);  // of a cherry tree's leaves (de Langre, Tadrist et al. 2015)
+  EXPECT_EQ(FoliageLaw{}.folding_speed, 3);    // [m/s] a choice: docs/theory/dynamics.md
+  const ShelterOptions shelter;
+  EXPECT_TRUE(shelter.on);
+  EXPECT_TRUE(shelter.induction);
+  EXPECT_EQ(shelter.cell, 0.5);  // [m] a choice: 0.25 and 1 change the load by a tenth at most
 }
 
 TEST(Defaults, OfTheResponse) {

@@ -29,8 +29,8 @@ struct FoldingMixture {
 // Throws InputError as check_foliage does.
 FoldingMixture mix_folding(const FoliageLaw& law);
 
-// All within 1e-3 of the integral for every mean and covariance, singular ones too (within 1e-4 of it in
-// cylinders); without gusts the derivative of the drag in the mean wind, to rounding. Numbers that are not
+// All within 1e-3 of the integral (a cylinder within 1e-4), for every mean and covariance, singular ones too;
+// without gusts the derivative of the drag in the mean wind, to rounding. Numbers that are not
 // finite give such.
 
 // Of a cylinder: f = |v_n| v_n, v_n the part of v across the axis (unit vector).

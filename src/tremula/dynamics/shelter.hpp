@@ -20,7 +20,8 @@ struct ShelterOptions {
 // drag_area (S), C a with a seen along the wind [m^2]; direction of the mean wind, a unit vector.
 //
 // Momentum along columns in the wind: du/dx = -1/2 (C a of the sites per volume) u, as the drag of canopies
-// has it; what enters a column is 1 - i, C_T = 4 i (1 - i) of the drag of the column (actuator disc).
+// has it; what enters a column is 1 - i, with 4 i (1 - i) the thrust coefficient of what stands in it (an
+// actuator disc, Glauert 1935).
 // Continuous in the places: a site takes its share of four columns (bilinear) and over the length of a
 // cell. The columns hang on the mean of the places. Throws InputError for sizes that do not agree, places
 // or areas that are not finite, areas below 0, a direction that is no unit vector, and a cell that is not
