@@ -8,6 +8,7 @@
 
 #include "trees.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/structure/bent_tree.hpp"
 
 namespace tremula {
 namespace {
@@ -96,6 +97,29 @@ TEST(MotionStatistics, OfAStemTurnedByAnAngleStretchItByTheTangentInsteadOfTheAr
   // The lean adds to it.
   c.motion.basis.columns.col(0) = -0.4 * c.motion.basis.columns.col(1);
   EXPECT_NEAR(motion_statistics(c.structure, c.motion).largest_stretch, std::sqrt(2) - 1, 1e-12);
+}
+
+// The same stem, turned far by its lean and a little by its mode.
+TEST(MotionStatistics, OfALeanThatBendsFarCountTheStretchOfWhatIsSuperposedOnIt) {
+  for (const double root : {std::numeric_limits<double>::infinity(), 1e4}) {
+    Case c = turning_stem(root);
+    const double length = 0.5, turn = 1.1;
+    c.motion.lean_strains = Eigen::VectorXd::Zero(24);
+    c.motion.lean_strains.segment<6>(0) << length * turn, 0, 0, 0, turn, 0;
+    const BeamTree& tree = *c.structure.tree;
+    const std::vector<BentBranch> bent = bend(tree, c.motion.lean_strains);
+    c.motion.basis.columns.col(0) = displacement_of(tree, bent);
+    c.motion.basis.columns.col(1).setZero();
+    EXPECT_LT(motion_statistics(c.structure, c.motion).largest_stretch, 1e-3);
+    // The last three pieces turn about the end of the first, which stands still.
+    for (int k = 1; k < 4; ++k) {
+      const Vec3 arm = bent[static_cast<std::size_t>(k)].end - bent[0].end;
+      c.motion.basis.columns.col(1).segment<3>(6 * k) = Vec3::UnitY().cross(arm);
+      c.motion.basis.columns(6 * k + 4, 1) = 1;
+    }
+    c.motion.coordinates(13, 1) = -0.6;
+    EXPECT_NEAR(motion_statistics(c.structure, c.motion).largest_stretch, std::hypot(1, 0.6) - 1, 1e-12);
+  }
 }
 
 TEST(MotionStatistics, OfAStemThatSlidesOnItsRootHaveNoStretch) {

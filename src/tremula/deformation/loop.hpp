@@ -53,12 +53,15 @@ struct Loop {
   LoopFacts facts;
   double period = 0;                    // [s]
   std::shared_ptr<const Surface> rest;  // the skin and its materials, at rest
-  // The motion of the skin is linear: a few shapes (c), and at every sample a weight of each.
+  // A few shapes of the skin (c), and at every sample a weight of each. Their sum is what morph targets play:
+  // skin_at itself where displacements superpose, and the same to first order in what moves about the lean
+  // where poses bend.
   std::vector<ShapeKind> kind;
   Eigen::VectorXd frequency;    // (c) [Hz]; 0 for the lean
   Eigen::MatrixXd coordinates;  // (M x c) the weights; 1 for the lean
   std::function<SurfaceDelta(Eigen::Index shape, double weight)> shape_of_skin;
-  // Where the skin and the nodes have gone, from rest, at any time [s]; linear between samples.
+  // Where the skin and the nodes have gone, from rest, at any time [s]; coordinates are linear between
+  // samples.
   std::function<SurfaceDelta(double time)> skin_at;
   Eigen::Matrix3Xd nodes;  // at rest [m]
   std::function<NodePoses(double time)> nodes_at;
@@ -67,7 +70,15 @@ struct Loop {
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
 };
 
-// Throws InputError where the surface or the motion is not one of this structure (check_motion).
-Loop make_loop(const Structure& structure, Surface surface, Motion motion, const LoopFacts& facts);
+// How a motion that bends far (Motion::lean_strains) is posed; the lean is bent in both. For other motions
+// displacements superpose from rest, S eq. 1.
+enum class Poses {
+  bent,    // by strains: every branch keeps its length (bent_pose.hpp)
+  linear,  // displacements superpose on the bent lean, S eq. 1: what morph targets play
+};
+
+// Throws InputError where the surface or the motion is not one of this structure (check_motion, bend_lean).
+Loop make_loop(const Structure& structure, Surface surface, Motion motion, const LoopFacts& facts,
+               Poses poses = Poses::bent);
 
 }  // namespace tremula

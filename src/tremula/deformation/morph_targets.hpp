@@ -1,5 +1,6 @@
 // A loop as morph targets: shapes of the skin that never change, and a small table of weights over time. Any
-// engine that blends morph targets linearly then plays S eq. 1 exactly as Loop::skin_at gives it.
+// engine that blends morph targets linearly then plays S eq. 1 exactly as Loop::skin_at gives it; where poses
+// bend by strains (bent_pose.hpp), it plays the bent lean and S eq. 1 about it (Poses::linear).
 #pragma once
 
 #include "tremula/deformation/loop.hpp"

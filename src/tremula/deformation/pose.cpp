@@ -1,10 +1,9 @@
 #include "tremula/deformation/pose.hpp"
 
 #include "tremula/base/check.hpp"
+#include "tremula/deformation/carry_surface.hpp"
 
 #include <algorithm>
-
-#include <tbb/parallel_for.h>
 
 namespace tremula {
 
@@ -38,41 +37,15 @@ MemberPoint member_point(const Member& member, Eigen::Ref<const Eigen::VectorXd>
 
 SurfaceDelta deform_surface(const Structure& structure, const Surface& surface,
                             const Eigen::VectorXd& displacement) {
-  const auto vertices = static_cast<std::ptrdiff_t>(surface.vertex_count());
-  check_equal("normals of the surface", static_cast<std::ptrdiff_t>(surface.normal.size()), vertices);
-  check_equal("branches of the vertices", static_cast<std::ptrdiff_t>(surface.branch.size()), vertices);
-  check_equal("places along the branches", static_cast<std::ptrdiff_t>(surface.along.size()), vertices);
   check_equal("rows of the displacement", displacement.size(), structure.size());
-  constexpr std::size_t together = 4096;
-  const std::size_t count = surface.vertex_count(), member_count = structure.members.size();
-  SurfaceDelta delta;
-  delta.position.resize(count);
-  delta.normal.resize(count);
-  const auto deform = [&](std::size_t first, std::size_t end) {
-    MemberPoint point{Vec3::Zero(), Vec3::Zero()};
-    Vec3 axis_point = Vec3::Zero();
-    for (std::size_t i = first; i < end; ++i) {
-      const int branch = surface.branch[i];
-      // The vertices of a ring or a leaf stand one after the other: their cross section is worked out once.
-      if (i == first || branch != surface.branch[i - 1] || surface.along[i] != surface.along[i - 1]) {
-        if (branch < 0 || static_cast<std::size_t>(branch) >= member_count) {
-          throw InputError("branch of a vertex", std::to_string(branch),
-                           "0 to " + std::to_string(member_count - 1));
-        }
-        const Member& member = structure.members[static_cast<std::size_t>(branch)];
-        const double s = static_cast<double>(surface.along[i]);
-        point = member_point(member, displacement, s);
-        axis_point = member.point(s);
-      }
-      const Vec3 arm = surface.position[i].cast<double>() - axis_point;
-      delta.position[i] = (point.displacement + point.rotation.cross(arm)).cast<float>();
-      delta.normal[i] = point.rotation.cross(surface.normal[i].cast<double>()).cast<float>();
-    }
+  struct Carrier {
+    MemberPoint point;
+    Vec3 position(const Vec3& arm) const { return point.displacement + point.rotation.cross(arm); }
+    Vec3 normal(const Vec3& n) const { return point.rotation.cross(n); }
   };
-  tbb::parallel_for(std::size_t{0}, (count + together - 1) / together, [&](std::size_t part) {
-    deform(part * together, std::min(count, (part + 1) * together));
+  return carry_surface(structure, surface, [&](std::size_t branch, double s) {
+    return Carrier{member_point(structure.members[branch], displacement, s)};
   });
-  return delta;
 }
 
 }  // namespace tremula

@@ -38,8 +38,9 @@ void check_motion(const Motion& motion);
 Eigen::VectorXd coordinates_at(const Motion& motion, double time,
                                Interpolation interpolation = Interpolation::linear);
 
-// The displacement of the structure (rows) at any time [s] (S section 3 and 6). The same bytes whether asked
-// for alone or in a sequence. Throws as coordinates_at does.
+// The displacement of the structure (rows) at any time [s] (S section 3 and 6), linear in the coordinates: of
+// a motion with lean_strains it is right to first order about the lean (deformation/bent_pose.hpp bends). The
+// same bytes whether asked for alone or in a sequence. Throws as coordinates_at does.
 Eigen::VectorXd displacement_at(const Motion& motion, double time,
                                 Interpolation interpolation = Interpolation::linear);
 

@@ -1,6 +1,7 @@
 #include "tremula/dynamics/motion_statistics.hpp"
 
 #include "tremula/base/check.hpp"
+#include "tremula/structure/bent_tree.hpp"
 
 #include <algorithm>
 #include <array>
@@ -72,24 +73,42 @@ Vec3 separation(const Member& member, Eigen::Ref<const Eigen::VectorXd> displace
   return ends.end_translation - (ends.start_translation + foot);
 }
 
-// Of a few branches, at some samples.
-Stretch stretch_of(const Structure& structure, const Basis& basis, const Eigen::MatrixXd& weights, int first,
+// What small displacements superpose on: the structure at rest, the lean one of them; or, where the lean
+// bends far, the tree as it stands in it.
+struct Ground {
+  std::vector<Member> members;
+  std::vector<Vec3> chords;  // from the start to the end of every member there
+};
+
+Ground ground_of(const Structure& structure, const Eigen::VectorXd& lean_strains) {
+  Ground ground{{structure.members.begin(), structure.members.end()}, {}};
+  for (const Member& member : ground.members) ground.chords.push_back(member.beam.length * member.direction);
+  if (lean_strains.size() == 0) return ground;
+  if (structure.tree == nullptr) throw InputError("structure that bends far", "a frame", "a tree");
+  const std::vector<BentBranch> bent = bend(*structure.tree, lean_strains);
+  ground.members = tree_at(*structure.tree, bent).members;
+  for (std::size_t k = 0; k < bent.size(); ++k)
+    ground.chords[k] = bent[k].end - point_on(structure.members[k], bent[k], 0).position;
+  return ground;
+}
+
+// Of a few branches, at some samples. weights: 0 for a lean that is part of the ground.
+Stretch stretch_of(const Ground& ground, const Basis& basis, const Eigen::MatrixXd& weights, int first,
                    int last) {
   constexpr Eigen::Index frames_together = 256;
   Eigen::MatrixXd apart(3 * (last - first), weights.cols());
   for (Eigen::Index c = 0; c < weights.cols(); ++c) {
     for (int k = first; k < last; ++k)
       apart.block<3, 1>(3 * (k - first), c) =
-          separation(structure.members[static_cast<std::size_t>(k)], basis.columns.col(c));
+          separation(ground.members[static_cast<std::size_t>(k)], basis.columns.col(c));
   }
   Stretch most;
   for (Eigen::Index begin = 0; begin < weights.rows(); begin += frames_together) {
     const Eigen::Index frames = std::min(frames_together, weights.rows() - begin);
     const Eigen::MatrixXd moved = apart * weights.middleRows(begin, frames).transpose();
     for (int k = first; k < last; ++k) {
-      const Member& member = structure.members[static_cast<std::size_t>(k)];
-      const double length = member.beam.length;
-      const Vec3 chord = length * member.direction;
+      const double length = ground.members[static_cast<std::size_t>(k)].beam.length;
+      const Vec3& chord = ground.chords[static_cast<std::size_t>(k)];
       const double longest =
           (moved.middleRows<3>(3 * (k - first)).colwise() + chord).colwise().norm().maxCoeff();
       if (longest / length - 1 > most.share) most = {longest / length - 1, k};
@@ -110,12 +129,16 @@ Stretch largest_stretch(const Structure& structure, const Motion& motion) {
   Eigen::MatrixXd weights(frames, columns);
   for (Eigen::Index frame = 0; frame < frames; ++frame)
     weights.row(frame) = motion.coordinates.row(frame * samples / frames);
+  const Ground ground = ground_of(structure, motion.lean_strains);
+  for (Eigen::Index c = 0; c < columns && motion.lean_strains.size() > 0; ++c) {
+    if (motion.basis.kind[static_cast<std::size_t>(c)] == ShapeKind::lean) weights.col(c).setZero();
+  }
 
   std::vector<Stretch> parts(static_cast<std::size_t>((count + branches_together - 1) / branches_together));
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
     const int first = static_cast<int>(part) * branches_together;
     parts[part] =
-        stretch_of(structure, motion.basis, weights, first, std::min(count, first + branches_together));
+        stretch_of(ground, motion.basis, weights, first, std::min(count, first + branches_together));
   });
   return *std::max_element(parts.begin(), parts.end(),
                            [](const Stretch& a, const Stretch& b) { return a.share < b.share; });

@@ -22,8 +22,9 @@ struct MotionStatistics {
   // loop's own mean they do not: what is seen to move, the less the shorter the loop.
   Sway about_lean = {}, about_mean = {};
   // How much longer the chord of a branch becomes than it is, the most over the loop, as small displacements
-  // superposed make it (deformation/pose.hpp). 0.1: a tenth. Nothing real stretches so: it measures the
-  // error.
+  // superposed make it: on the plant at rest (deformation/pose.hpp), or on the bent lean of a motion that has
+  // one, as morph targets play it (poses by strains stretch nothing). 0.1: a tenth. Nothing real stretches
+  // so: it measures the error.
   double largest_stretch = 0;
   int most_stretched_branch = 0;
 };

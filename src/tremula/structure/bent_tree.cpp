@@ -85,39 +85,54 @@ Eigen::VectorXd strains_of(const BeamTree& tree, const Eigen::VectorXd& displace
 
 Eigen::VectorXd strains_about(const BeamTree& tree, const Eigen::VectorXd& strains,
                               const std::vector<BentBranch>& bent, const Eigen::VectorXd& displacement) {
+  return strains_about(tree, bent, strain_maps(tree, strains, bent), displacement);
+}
+
+StrainMaps strain_maps(const BeamTree& tree, const Eigen::VectorXd& strains,
+                       const std::vector<BentBranch>& bent) {
   check_equal("rows of the strains", strains.size(), tree.size());
-  check_equal("rows of the displacement", displacement.size(), tree.size());
   check_equal("bent branches", static_cast<std::ptrdiff_t>(bent.size()), tree.branch_count());
-  Eigen::VectorXd more(tree.size());
+  StrainMaps maps;
   for (int k = 0; k < tree.branch_count(); ++k) {
     const Member& member = tree.members[index_of(k)];
     const BentBranch& branch = bent[index_of(k)];
+    const Mat3 to_start = branch.start_frame.transpose(), to_chord = branch.chord_frame.transpose();
+    // The chord turns by T(psi) d psi in the frame of the start, psi = d x v / length. psi and its growth
+    // stay across d, where T has an inverse; what it would turn about the chord itself does not move the end.
+    const Vec3& d = member.direction;
+    const Mat3 along = d * d.transpose(), cross = cross_matrix(d);
+    const Mat3 tangent = rotation_tangent(chord_turn(member, strains.segment<3>(6 * k)));
+    const Vec3 chord = to_start * (branch.chord_frame * d);
+    const Mat3 system = tangent * (Mat3::Identity() - along) + chord * d.transpose();
+    const double length = (branch.end - branch.start).norm();
+    const Mat3 turn = to_start * branch.chord_frame * cross * to_chord / length;
+    maps.translation.emplace_back(along * to_chord -
+                                  member.beam.length * (cross * system.partialPivLu().solve(turn)));
+    maps.rotation.emplace_back(
+        rotation_tangent(strains.segment<3>(6 * k + 3)).partialPivLu().solve(to_start));
+  }
+  return maps;
+}
+
+Eigen::VectorXd strains_about(const BeamTree& tree, const std::vector<BentBranch>& bent,
+                              const StrainMaps& maps, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the displacement", displacement.size(), tree.size());
+  check_equal("bent branches", static_cast<std::ptrdiff_t>(bent.size()), tree.branch_count());
+  check_equal("maps of translations", static_cast<std::ptrdiff_t>(maps.translation.size()),
+              tree.branch_count());
+  check_equal("maps of rotations", static_cast<std::ptrdiff_t>(maps.rotation.size()), tree.branch_count());
+  Eigen::VectorXd more(tree.size());
+  for (int k = 0; k < tree.branch_count(); ++k) {
     const int parent = tree.parent[index_of(k)];
     Vec3 translation = displacement.segment<3>(6 * k), rotation = displacement.segment<3>(6 * k + 3);
     if (parent >= 0) {
       const Vec3 carried = displacement.segment<3>(6 * parent + 3);
-      translation -=
-          displacement.segment<3>(6 * parent) + carried.cross(branch.end - bent[index_of(parent)].end);
+      translation -= displacement.segment<3>(6 * parent) +
+                     carried.cross(bent[index_of(k)].end - bent[index_of(parent)].end);
       rotation -= carried;
     }
-    // The chord turns by T(psi) d psi in the frame of the start, psi = d x v / length.
-    const Vec3& d = member.direction;
-    const Vec3 in_chord = branch.chord_frame.transpose() * translation;
-    const double length = (branch.end - branch.start).norm();
-    const Vec3 turn_in_start =
-        branch.start_frame.transpose() * (branch.chord_frame * (d.cross(in_chord) / length));
-    const Vec3 psi = chord_turn(member, strains.segment<3>(6 * k));
-    // psi and its growth stay across d, where T has an inverse; what it would turn about the chord itself
-    // does not move the end.
-    const Mat3 tangent = rotation_tangent(psi);
-    const Vec3 chord = branch.start_frame.transpose() * (branch.chord_frame * d);
-    Mat3 system = tangent * (Mat3::Identity() - d * d.transpose()) + chord * d.transpose();
-    const Vec3 growth = system.partialPivLu().solve(turn_in_start);
-    const Vec3 across = member.beam.length * growth.cross(d);
-    more.segment<3>(6 * k) = in_chord.dot(d) * d + across - across.dot(d) * d;
-    more.segment<3>(6 * k + 3) = rotation_tangent(strains.segment<3>(6 * k + 3))
-                                     .partialPivLu()
-                                     .solve(branch.start_frame.transpose() * rotation);
+    more.segment<3>(6 * k).noalias() = maps.translation[index_of(k)] * translation;
+    more.segment<3>(6 * k + 3).noalias() = maps.rotation[index_of(k)] * rotation;
   }
   return more;
 }
