@@ -111,8 +111,9 @@ TEST(Defaults, OfTheLoadsAreAirOnCylindersAndFoldedLeaves) {
 }
 
 TEST(Defaults, OfACrownAreLeavesThatFoldInEachOthersShelter) {
-  EXPECT_EQ(Weather{}.loads.foliage.vogel_exponent, -1);  // of a cherry tree's leaves (de Langre, Tadrist et al. 2015)
-  EXPECT_EQ(FoliageLaw{}.folding_speed, 3);    // [m/s] a choice: docs/theory/dynamics.md
+  EXPECT_EQ(Weather{}.loads.foliage.vogel_exponent,
+            -1);                             // of a cherry tree's leaves (de Langre, Tadrist et al. 2015)
+  EXPECT_EQ(FoliageLaw{}.folding_speed, 3);  // [m/s] a choice: docs/theory/dynamics.md
   const ShelterOptions shelter = Weather{}.lean.shelter;
   EXPECT_TRUE(shelter.on);
   EXPECT_TRUE(shelter.induction);
