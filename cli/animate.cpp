@@ -17,6 +17,7 @@
 
 #include "commands.hpp"
 #include "common.hpp"
+#include "load_flags.hpp"
 #include "usage.hpp"
 #include "wind_flags.hpp"
 
@@ -24,9 +25,6 @@ namespace tremula::cli {
 namespace {
 
 constexpr const char* wind_group = "Wind";
-const std::map<std::string, LoadModel> load_models{{"stochastic", LoadModel::stochastic},
-                                                   {"linearised", LoadModel::linearised},
-                                                   {"paper", LoadModel::paper}};
 const std::map<std::string, MorphForm> morph_forms{
     {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
 const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
@@ -65,16 +63,14 @@ struct AnimateCommand {
   std::string input, report, format;
   std::vector<std::string> outputs;
   WindFlags wind_flags;
-  std::string wind = "turbulent", loads = "stochastic", transfer = "bin-averaged", pose = "bent";
+  std::string wind = "turbulent", transfer = "bin-averaged";
   std::optional<double> correlation_time, correlation_length;  // of StamWind
   double period = 20, frames_per_second = 30, damping_ratio = 0.05;
   std::optional<double> mass_damping, stiffness_damping;
-  double leaf_drag_coefficient = LoadOptions{}.leaf_drag_coefficient,
-         leaf_lift_coefficient = LoadOptions{}.leaf_lift_coefficient,
-         leaf_vogel_exponent = FoliageLaw{}.vogel_exponent, leaf_folding_speed = FoliageLaw{}.folding_speed,
-         shelter_cell = ShelterOptions{}.cell;
-  bool no_aerodynamic_damping = false, no_static_correction = false, no_shelter = false;
+  LoadFlags loads;
+  bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
+  std::vector<std::string> gauges;
   std::string frames, morphs = "biased", compression = "quantised";
   ReadFlags read;
   StructureFlags structure;
@@ -149,13 +145,7 @@ StamWind AnimateCommand::stam_wind() const {
 Weather AnimateCommand::weather(const Wind& blowing) const {
   Weather weather;
   weather.wind = blowing;
-  if (structure.medium == "water") weather.loads.fluid_density = water_density;
-  weather.loads.leaf_drag_coefficient = leaf_drag_coefficient;
-  weather.loads.leaf_lift_coefficient = leaf_lift_coefficient;
-  weather.loads.foliage = {leaf_vogel_exponent, leaf_folding_speed};
-  weather.loads.model = load_models.at(loads);
-  weather.lean.rotations = pose == "linear" ? Rotations::small : Rotations::large;
-  weather.lean.shelter = {.on = !no_shelter, .cell = shelter_cell};
+  loads.set(structure, weather);
   weather.damping = {.ratio = damping_ratio,
                      .mass_proportional = mass_damping,
                      .stiffness_proportional = stiffness_damping,
@@ -263,14 +253,9 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        "one of them",
        {"--damping-ratio", "--stiffness-damping"}},
       {stiffness_damping.has_value(), "given with --stiffness-damping", "one of them", {"--damping-ratio"}},
-      {loads == "paper",
-       "given with --loads paper, which has no leaves and no lean",
-       "--loads stochastic",
-       {"--leaf-drag-coefficient", "--leaf-lift-coefficient", "--leaf-vogel-exponent", "--leaf-folding-speed",
-        "--no-shelter", "--shelter-cell", "--pose"}},
-      {no_shelter, "given with --no-shelter", "one of them", {"--shelter-cell"}},
   };
   refuse_idle_flags(flags, rules);
+  loads.check(flags);
 }
 
 constexpr double gigabyte = 1e9;
@@ -323,37 +308,41 @@ Json describe(const MotionStatistics& statistics) {
           {"most_stretched_branch", statistics.most_stretched_branch}};
 }
 
+// Of the plant as it stands in the mean wind.
+std::vector<double> frequencies_of_modes(const Loop& loop) {
+  std::vector<double> frequencies;
+  for (std::size_t c = 0; c < loop.kind.size(); ++c) {
+    if (loop.kind[c] == ShapeKind::mode) frequencies.push_back(loop.frequency[static_cast<Eigen::Index>(c)]);
+  }
+  return frequencies;
+}
+
 Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
   const Eigen::VectorXd& frequency = done.subject.modes.frequency;
+  Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
+  settings.update(cli::describe(loads));
+  settings.update(Json(
+      {{"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
+       {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
+       {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
+       {"aerodynamic_damping", !no_aerodynamic_damping},
+       {"transfer", transfer},
+       {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
+       {"period_s", period},
+       {"frames_per_second", frames_per_second},
+       {"samples", done.conditions.loop.sample_count},
+       {"seed", wind_flags.seed}}));
   return {
       {"tremula", TREMULA_VERSION},
       {"input", input},
       {"plant", cli::describe(done.plant)},
       {"structure",
        done.plant.frame ? Json() : cli::describe(done.structure, done.subject.structure.find_load_margin())},
-      {"settings",
-       {{"wind", wind},
-        {"wind_settings", done.wind_settings},
-        {"loads", loads},
-        {"leaf_drag_coefficient", leaf_drag_coefficient},
-        {"leaf_lift_coefficient", leaf_lift_coefficient},
-        {"leaf_vogel_exponent", leaf_vogel_exponent},
-        {"leaf_folding_speed_m_s", leaf_folding_speed},
-        {"shelter_cell_m", no_shelter ? Json() : Json(shelter_cell)},
-        {"pose", pose},
-        {"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
-        {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
-        {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
-        {"aerodynamic_damping", !no_aerodynamic_damping},
-        {"transfer", transfer},
-        {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
-        {"period_s", period},
-        {"frames_per_second", frames_per_second},
-        {"samples", done.conditions.loop.sample_count},
-        {"seed", wind_flags.seed}}},
+      {"settings", settings},
       {"warnings", done.warnings},
       {"mode_count", done.subject.modes.count()},
       {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
+      {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
       {"motion", describe(done.statistics)},
       {"outputs", outputs},
       {"stages", log.json()},
@@ -561,42 +550,7 @@ void add_animate(CLI::App& app) {
   sub.add_flag("--no-static-correction", command->no_static_correction,
                "Leave out the static shapes that stand for the modes beyond --modes")
       ->group(motion);
-  sub.add_option(
-         "--loads", command->loads,
-         "stochastic: drag averaged over the gusts; linearised: about the mean wind; paper: eq. 3 as printed")
-      ->check(CLI::IsMember(load_models))
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_option("--pose", command->pose,
-                 "bent: branches lean and sway as far as they do and keep their lengths; linear: small "
-                 "displacements superposed, eq. 1 of Stam")
-      ->check(CLI::IsMember({"bent", "linear"}))
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_option("--leaf-drag-coefficient", command->leaf_drag_coefficient,
-                 "Of foliage that folds in the wind, on one side of its area")
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_option("--leaf-lift-coefficient", command->leaf_lift_coefficient,
-                 "Of flat blades that stay as they are: a force along their normal")
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_option(
-         "--leaf-vogel-exponent", command->leaf_vogel_exponent,
-         "E of leaves that fold: their drag grows with the wind to the power 2 + E when it is fast; 0: "
-         "they do not fold")
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_option("--leaf-folding-speed", command->leaf_folding_speed,
-                 "The wind at which they begin to fold [m/s]")
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_flag("--no-shelter", command->no_shelter, "Every leaf and branch meets the free wind")
-      ->group(motion);
-  sub.add_option("--shelter-cell", command->shelter_cell,
-                 "Width of the wakes that leaves and branches of a crown leave behind [m]")
-      ->capture_default_str()
-      ->group(motion);
+  command->loads.add_to(sub, motion);
   command->read.add_to(sub);
   command->structure.add_to(sub);
   command->threads.add_to(sub);

@@ -2,6 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/dynamics/gauge.hpp"
 #include "tremula/dynamics/response.hpp"
 
 #include <algorithm>
@@ -138,6 +139,9 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   });  // m sqrt(kg)
   Motion motion = make_motion(std::move(basis), weather.loop, spectra);
   motion.lean_strains = lean.strains;
+  motion.mean_drag = mean_drag(lean.loads);
+  for (const Gauge& gauge : weather.gauges)
+    motion.readings.push_back(read_gauge(lean, motion.basis, gauge));  // N, N m
   check_finite(motion);
   return motion;
 }

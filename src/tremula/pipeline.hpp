@@ -47,6 +47,7 @@ struct Weather {
   Transfer transfer = Transfer::bin_averaged;
   bool static_correction = true;  // shapes for what the modes left out do
   TimeAxis loop{.period = 20, .sample_count = 600};
+  std::vector<Gauge> gauges = {};  // what is read of the motion besides (dynamics/gauge.hpp)
 };
 
 // Throws InputError for a skeleton or a frame that assemble does not take and for options out of range (see

@@ -127,7 +127,7 @@ Eigen::VectorXd weight_at_rest(const BeamTree& tree, const DeadLoadsOnBranches& 
                            sum_wrenches(tree, given, loads).at_end);
 }
 
-std::vector<PointForce> mean_drag(const Lean& lean) {
+std::vector<PointForce> drag_of_sites(const Lean& lean) {
   std::vector<PointForce> forces;
   for (std::size_t s = 0; s < lean.loads.sites.size(); ++s)
     forces.push_back({lean.sites.sites[s].point, lean.sites.sites[s].place, lean.loads.sites[s].mean});
@@ -173,7 +173,7 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
             .strains = std::move(rest.strains),
             .wrenches = std::move(rest.wrenches)};
   lean.loads = find_loads(lean.sites, wind_of_points(wind, lean.sites.points), law, share);
-  lean.structure = bent_structure(structure, bent, mean_drag(lean));
+  lean.structure = bent_structure(structure, bent, drag_of_sites(lean));
   return lean;
 }
 

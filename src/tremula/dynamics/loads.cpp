@@ -112,6 +112,12 @@ void check_loads(const Sites& sites, const Loads& loads) {
               static_cast<std::ptrdiff_t>(sites.sites.size()));
 }
 
+Vec3 mean_drag(const Loads& loads) {
+  Vec3 sum = Vec3::Zero();
+  for (const SiteLoad& load : loads.sites) sum += load.mean;
+  return sum;
+}
+
 Eigen::VectorXd mean_force(const Sites& sites, const Loads& loads) {
   check_loads(sites, loads);
   Eigen::Matrix3Xd forces(3, static_cast<Eigen::Index>(loads.sites.size()));

@@ -68,6 +68,9 @@ double drag_area(const Site& site, const Vec3& wind, const LoadLaw& law);
 // Throws InputError unless the loads are of as many sites.
 void check_loads(const Sites& sites, const Loads& loads);
 
+// The sum of all means [N].
+Vec3 mean_drag(const Loads& loads);
+
 // Forces on the rows of the structure: of all loads under the mean wind, and of a fluctuation v (3 x P).
 Eigen::VectorXd mean_force(const Sites& sites, const Loads& loads);
 Eigen::VectorXd fluctuating_force(const Sites& sites, const Loads& loads, const Eigen::Matrix3Xd& velocity);

@@ -2,7 +2,10 @@
 #pragma once
 
 #include "tremula/dynamics/basis.hpp"
+#include "tremula/dynamics/gauge_reading.hpp"
 #include "tremula/numerics/time_axis.hpp"
+
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -17,6 +20,9 @@ struct Motion {
   // are then small displacements about that shape, and poses bend by strains. Empty: displacements superpose
   // (S eq. 1).
   Eigen::VectorXd lean_strains = {};
+
+  std::vector<GaugeReading> readings = {};  // of the gauges that were asked for
+  Vec3 mean_drag = Vec3::Zero();            // on the whole structure under the mean wind [N]
 
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
 };
