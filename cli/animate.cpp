@@ -2,7 +2,9 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
+#include "tremula/dynamics/gauge.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
+#include "tremula/io/gauge_table.hpp"
 #include "tremula/io/html.hpp"
 #include "tremula/io/loop_writers.hpp"
 #include "tremula/io/turbsim.hpp"
@@ -55,6 +57,7 @@ struct Done {
   const Weather& conditions;
   const Subject& subject;
   const Loop& loop;
+  const std::vector<GaugeSeries>& gauges;
   const MotionStatistics& statistics;
   const std::vector<std::string>& warnings;
 };
@@ -90,8 +93,10 @@ struct AnimateCommand {
   Subject bake_plant(const Plant& plant, BakeOptions options, const Progress& progress,
                      WarningLog& warnings) const;
   LoopFacts loop_facts(const Plant& plant, const ReferenceWind& reference) const;
-  void encode_outputs(const Loop& loop, const std::vector<const LoopWriter*>& writers,
-                      const LoopWriteOptions& options, StageLog& log, Outputs& files) const;
+  std::vector<Gauge> placed_gauges(const Plant& plant) const;
+  void encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
+                      const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
+                      StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
   void run(const CLI::App& flags) const;
 };
@@ -308,6 +313,32 @@ Json describe(const MotionStatistics& statistics) {
           {"most_stretched_branch", statistics.most_stretched_branch}};
 }
 
+Json describe(const Extremes& of) {
+  return {{"mean", of.mean},
+          {"rms", of.rms},
+          {"peak", of.peak},
+          {"peak_factor_of_600_s", of.peak_factor},
+          {"expected_peak_of_600_s", of.expected_peak}};
+}
+
+Json describe(const std::vector<GaugeSeries>& gauges) {
+  Json list = Json::array();
+  for (const GaugeSeries& series : gauges) {
+    const auto of = [&](const Eigen::VectorXd& values) {
+      return describe(extremes_of(values, series.period));
+    };
+    list.push_back({{"gauge", series.gauge},
+                    {"bending_moment_n_m", of(series.bending_moment)},
+                    {"along_n_m", of(series.along_wind)},
+                    {"across_n_m", of(series.across_wind)},
+                    {"shear_n", of(series.shear)},
+                    {"axial_n", of(series.axial)},
+                    {"torsion_n_m", of(series.torsion)},
+                    {"strain", of(series.strain)}});
+  }
+  return list;
+}
+
 // Of the plant as it stands in the mean wind.
 std::vector<double> frequencies_of_modes(const Loop& loop) {
   std::vector<double> frequencies;
@@ -344,6 +375,7 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
       {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
       {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
       {"motion", describe(done.statistics)},
+      {"gauges", describe(done.gauges)},
       {"outputs", outputs},
       {"stages", log.json()},
       {"peak_bytes", peak_bytes()}};
@@ -425,11 +457,23 @@ LoopFacts AnimateCommand::loop_facts(const Plant& plant, const ReferenceWind& re
           .seed = wind_flags.seed};
 }
 
-void AnimateCommand::encode_outputs(const Loop& loop, const std::vector<const LoopWriter*>& writers,
+std::vector<Gauge> AnimateCommand::placed_gauges(const Plant& plant) const {
+  if (gauges.empty()) return {};
+  need_tree(plant, "--gauge");
+  std::vector<Gauge> placed;
+  for (const std::string& place : gauges) placed.push_back(place_gauge(plant.imported.skeleton, place));
+  return placed;
+}
+
+// A table is of the gauges, where there are any.
+void AnimateCommand::encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
+                                    const std::vector<const LoopWriter*>& writers,
                                     const LoopWriteOptions& options, StageLog& log, Outputs& files) const {
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     log.begin("write ." + std::string(writers[i]->extension));
-    files.add(outputs[i], writers[i]->encode(loop, options));
+    const bool of_gauges = !series.empty() && writers[i]->extension == "csv";
+    files.add(outputs[i],
+              of_gauges ? encode_gauge_table(series, options.frames) : writers[i]->encode(loop, options));
   }
   log.finish();
 }
@@ -443,7 +487,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
                                   {"--spectrum", wind_flags.spectrum},
                                   {"--profile", wind_flags.profile}});
   const ChosenWind blowing = chosen_wind();
-  const Weather conditions = weather(blowing.wind);
+  Weather conditions = weather(blowing.wind);
   const std::vector<int> poses = picked_frames(conditions.loop.sample_count);
   const LoopWriteOptions write_options{
       .frames = poses, .morphs = morph_forms.at(morphs), .compression = compressions.at(compression)};
@@ -453,6 +497,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   WarningLog warnings;
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
   const Plant plant = read_plant(log);
+  conditions.gauges = placed_gauges(plant);
   const int modes = modes_of(plant, warnings);
   if (mode_count > modes) options.modes.count = all_modes;
   log.begin("surface");
@@ -463,12 +508,15 @@ void AnimateCommand::run(const CLI::App& flags) const {
 
   Subject subject = bake_plant(plant, options, progress, warnings);
   Moved moved = move_in_wind(subject, conditions, progress, log, warnings);
+  std::vector<GaugeSeries> series;
+  for (const GaugeReading& reading : moved.motion.readings)
+    series.push_back(gauge_series(reading, moved.motion, conditions.wind.reference.heading));
   const Loop loop = make_loop(subject.structure, std::move(surface), std::move(moved.motion),
                               loop_facts(plant, conditions.wind.reference));
-  encode_outputs(loop, writers, write_options, log, files);
+  encode_outputs(loop, series, writers, write_options, log, files);
   if (!report.empty()) {
-    const Done done{plant, options.structure, blowing.described, conditions, subject,
-                    loop,  moved.statistics,  warnings.lines};
+    const Done done{plant,  options.structure, blowing.described, conditions, subject, loop,
+                    series, moved.statistics,  warnings.lines};
     files.add(report, text_of(report_of(done, log)));
   }
   files.commit();
@@ -493,6 +541,11 @@ void add_animate(CLI::App& app) {
       ->check(CLI::IsMember({"glb", "html", "csv", "png"}));
   sub.add_option("--report", command->report,
                  "What was done, as JSON: settings, frequencies, seconds and memory");
+  sub.add_option(
+         "--gauge", command->gauges,
+         "Where to read bending moment, shear, axial force, torsion and strain: base, stem:1.3 (metres along "
+         "the stem) or branch:12:0.5; may be repeated. Into the .csv instead of poses, and into the report")
+      ->take_all();
   sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
   sub.add_option(
          "--morphs", command->morphs,

@@ -8,6 +8,7 @@ namespace tremula::cli {
 void add_grow(CLI::App& app);
 void add_modes(CLI::App& app);
 void add_animate(CLI::App& app);
+void add_load(CLI::App& app);
 void add_wind(CLI::App& app);
 void add_info(CLI::App& app);
 

@@ -92,6 +92,7 @@ int run(int argc, char** argv) {
       "  tremula wind --wind-speed 8 -o gusts.bts       a turbulent wind field, --plot shows how good it is\n"
       "  tremula COMMAND --help                         all options of a command, with examples\n");
   tremula::cli::add_animate(app);
+  tremula::cli::add_load(app);
   tremula::cli::add_modes(app);
   tremula::cli::add_grow(app);
   tremula::cli::add_wind(app);

@@ -108,15 +108,17 @@ void refuse_given(const std::vector<CLI::Option*>& options, const std::string& w
   }
 }
 
-void WindFlags::add_to(CLI::App& command, bool with_heading) {
+void WindFlags::add_to(CLI::App& command, bool with_heading, bool with_speed) {
   const auto add = [&](std::vector<CLI::Option*>& options, const std::string& flag, auto& value,
                        const std::string& text) {
     options.push_back(command.add_option(flag, value, text)->group(wind_flag_group));
     return options.back();
   };
-  speed_option = add(of_mean, "--wind-speed,--speed", speed,
-                     "Mean wind speed at the reference height [m/s] (with a table as --profile: its own)")
-                     ->capture_default_str();
+  if (with_speed) {
+    speed_option = add(of_mean, "--wind-speed,--speed", speed,
+                       "Mean wind speed at the reference height [m/s] (with a table as --profile: its own)")
+                       ->capture_default_str();
+  }
   add(of_mean, "--reference-height", reference_height, "Height of the given wind speed; the hub [m]")
       ->capture_default_str();
   if (with_heading) {
@@ -211,7 +213,7 @@ MeanWind WindFlags::mean_wind() const {
     if (canopy_height) without_effect("--canopy-height", wanted);
     if (canopy_decay) without_effect("--canopy-decay", wanted);
     mean.table = read_profile_table(profile);
-    if (speed_option == nullptr || speed_option->count() == 0)
+    if (speed_option != nullptr && speed_option->count() == 0)
       mean.speed = table_speed(mean.table, mean.reference_height);
   }
   if (terrain) {

@@ -30,7 +30,8 @@ struct WindFlags {
   std::vector<CLI::Option*> of_mean, of_turbulence, of_realisation;
 
   // A field on a plane across the wind has no heading.
-  void add_to(CLI::App& command, bool with_heading);
+  // with_speed: whether it has one, and not several of its own making.
+  void add_to(CLI::App& command, bool with_heading, bool with_speed = true);
 
   // Both throw InputError for flags that would have no effect; they read the profile where --profile names a
   // file.

@@ -7,28 +7,34 @@
 namespace tremula {
 namespace {
 
-// Young's modulus and density of green stems: the species parameters of ForestGALES (Hale et al. 2015, Forest
-// Ecology and Management 358, and the parameter files of its implementations). Nobody tabulates the shear
-// modulus of green stems; 0.075 of E lies amid the ratios 0.05 … 0.1 of G_LR to E_L of the Wood Handbook.
-Material green_stem(const char* name, double youngs_modulus, double density) {
-  return {name, youngs_modulus, 0.075 * youngs_modulus, density,
-          "ForestGALES species parameters; G = 0.075 E"};
+// Young's modulus, density and modulus of rupture of green stems: the species parameters of ForestGALES (Hale
+// et al. 2015, Forest Ecology and Management 358, and the parameter files of its implementations). Nobody
+// tabulates the shear modulus of green stems; 0.075 of E lies amid the ratios 0.05 … 0.1 of G_LR to E_L of
+// the Wood Handbook.
+Material green_stem(const char* name, double youngs_modulus, double density, double modulus_of_rupture) {
+  return {name,
+          youngs_modulus,
+          0.075 * youngs_modulus,
+          density,
+          "ForestGALES species parameters; G = 0.075 E",
+          modulus_of_rupture};
 }
 
 }  // namespace
 
 const std::vector<Material>& material_presets() {
   static const std::vector<Material> presets = {
-      {"green-wood", 28.0e9 / 3, 0.075 * 28.0e9 / 3, 3216.0 / 3, "mean of birch, beech and oak below"},
-      green_stem("birch", 9.9e9, 900),
-      green_stem("beech", 9.8e9, 1158),
-      green_stem("oak", 8.3e9, 1158),
-      green_stem("scots-pine", 7.3e9, 850),
-      green_stem("lodgepole-pine", 6.4e9, 850),
-      green_stem("norway-spruce", 6.3e9, 850),
-      green_stem("sitka-spruce", 5.9e9, 850),
-      green_stem("douglas-fir", 8.3e9, 850),
-      green_stem("european-larch", 7.9e9, 850),
+      {"green-wood", 28.0e9 / 3, 0.075 * 28.0e9 / 3, 3216.0 / 3, "mean of birch, beech and oak below",
+       187e6 / 3},
+      green_stem("birch", 9.9e9, 900, 63e6),
+      green_stem("beech", 9.8e9, 1158, 65e6),
+      green_stem("oak", 8.3e9, 1158, 59e6),
+      green_stem("scots-pine", 7.3e9, 850, 46e6),
+      green_stem("lodgepole-pine", 6.4e9, 850, 41e6),
+      green_stem("norway-spruce", 6.3e9, 850, 36e6),
+      green_stem("sitka-spruce", 5.9e9, 850, 34e6),
+      green_stem("douglas-fir", 8.3e9, 850, 53e6),
+      green_stem("european-larch", 7.9e9, 850, 53e6),
       {"walnut", 11.3e9, 11.3e9 / (2 * (1 + 0.38)), 805,
        "Rodriguez, de Langre & Moulia 2008, Am. J. Bot. 95: E, density, Poisson's ratio 0.38"},
       {"paper", 1e8, 1e5, 1e3, "Stam 1997, appendix A: chosen for looks, far softer than wood"},

@@ -16,10 +16,11 @@ struct Moduli {
 
 struct Material {
   std::string name = "custom";
-  double youngs_modulus = 0;  // E, along the grain [Pa]
-  double shear_modulus = 0;   // G, of torsion [Pa]
-  double density = 0;         // rho, as it stands: wood and water [kg/m^3]
-  std::string source;         // where the numbers come from
+  double youngs_modulus = 0;      // E, along the grain [Pa]
+  double shear_modulus = 0;       // G, of torsion [Pa]
+  double density = 0;             // rho, as it stands: wood and water [kg/m^3]
+  std::string source;             // where the numbers come from
+  double modulus_of_rupture = 0;  // bending stress at which it breaks [Pa]; 0: not known
 
   operator Moduli() const { return {youngs_modulus, shear_modulus, density}; }
 };
