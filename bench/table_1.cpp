@@ -40,7 +40,7 @@ double run(int branches) {
     if (done == 0) next(begins);  // only the thread that runs the cascade begins stages
   };
   const GrownPlant plant = grow(parse_lsystem(find_preset(name).text, name));
-  const StructureOptions paper{.material = find_material("paper"), .section = Section::paper};
+  const StructureOptions paper{.material = find_material("paper"), .section = Section::paper, .gravity = 0};
   const Subject subject = bake(plant.skeleton, {.structure = paper, .modes = {.count = 20}}, progress);
   Weather weather;
   weather.wind = StamWind{};

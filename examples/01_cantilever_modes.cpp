@@ -24,8 +24,8 @@ int main() {
     stem.branches.push_back(piece);
   }
 
-  // 2. Geometry -> structure -> modes.
-  const StructureOptions options{.material = find_material("birch"), .rotatory_inertia = false};
+  // 2. Geometry -> structure -> modes. The closed form knows nothing of weight.
+  const StructureOptions options{.material = find_material("birch"), .rotatory_inertia = false, .gravity = 0};
   const Structure structure = assemble(stem, options);
   const Modes modes = solve_modes(structure, {.count = 6});
 

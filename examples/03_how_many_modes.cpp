@@ -48,7 +48,7 @@ int main() {
   for (const int branches : {17, 62}) {
     const std::string name = "stam-" + std::to_string(branches);
     const GrownPlant plant = grow(parse_lsystem(find_preset(name).text, name));
-    const StructureOptions paper{.material = find_material("paper"), .section = Section::paper};
+    const StructureOptions paper{.material = find_material("paper"), .section = Section::paper, .gravity = 0};
     const Subject subject = bake(plant.skeleton, {.structure = paper, .modes = {.count = all_modes}});
     const std::vector<int> ends = tips(plant.skeleton);
     for (const StamRows rows : {StamRows::as_printed, StamRows::unit_variance}) {

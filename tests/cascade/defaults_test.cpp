@@ -148,6 +148,8 @@ TEST(Defaults, AreWhatTheReportOfTheProgramShows) {
   EXPECT_EQ(report["structure"]["section"], "exact");
   EXPECT_EQ(report["structure"]["rotatory_inertia"], structure.rotatory_inertia);
   EXPECT_EQ(report["structure"]["added_mass_density_kg_m3"], structure.added_mass_density);
+  EXPECT_EQ(report["structure"]["gravity_m_s2"], structure.gravity);
+  EXPECT_GT(report["structure"]["load_margin"], 1);
   EXPECT_TRUE(report["structure"]["root_rotation_stiffness_n_m_rad"].is_null());
   EXPECT_TRUE(report["structure"]["root_translation_stiffness_n_m"].is_null());
 

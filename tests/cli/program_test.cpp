@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -59,6 +60,12 @@ TEST(Program, RefusesBadUsageInOneLine) {
                  {"--root-translation-stiffness", "'-3'", "N/m"});
   expect_refused("animate sapling -o a.csv --root-rotation-stiffness nan",
                  {"--root-rotation-stiffness", "nan"});
+  for (const std::string bad : {"-1", "1001", "nan"})
+    expect_refused("modes sapling --gravity " + bad, {"--gravity", "'" + bad + "'", "0 to 1000 m/s^2"});
+  expect_refused(
+      "modes " + (test::source_folder() / "examples/frames/pergola.toml").string() + " --gravity 1",
+      {"--gravity", "given with the frame"});
+  expect_refused("modes sapling --youngs-modulus 1e6", {"branch ", "buckles", "gravity 0"});
   expect_refused("modes sapling --format xml", {"xml", "json"});
   expect_refused("modes sapling --plot modes.pdf", {"--plot modes.pdf", "'.pdf'", ".svg"});
   expect_refused("grow sapling", {"no output", ".swc"});
@@ -253,6 +260,27 @@ TEST(Program, AStemOnASoftSpringSwaysSlower) {
   EXPECT_EQ(tilting["structure"]["root_rotation_stiffness_n_m_rad"], 2e2);
   EXPECT_EQ(tilting["structure"]["root_translation_stiffness_n_m"], nullptr);
   EXPECT_EQ(held["structure"], clamped["structure"]);
+}
+
+TEST(Program, APlantSwaysSlowerUnderItsWeightAndSaysHowOftenItCouldCarryIt) {
+  const test::TemporaryFolder folder;
+  const auto modes = [&](const std::string& flags) {
+    return nlohmann::json::parse(run(folder, "modes stam-17 --count 3 --format json " + flags).output);
+  };
+  const auto light = modes("--gravity 0"), normal = modes(""), heavy = modes("--gravity 30");
+  const auto first = [](const nlohmann::json& json) {
+    return json["modes"][0]["frequency_hz"].get<double>();
+  };
+  EXPECT_LT(first(normal), first(light));
+  EXPECT_LT(first(heavy), first(normal));
+  EXPECT_EQ(light["structure"]["load_margin"], nullptr);
+  const double margin = normal["structure"]["load_margin"];
+  EXPECT_NEAR(margin * 9.81, heavy["structure"]["load_margin"].get<double>() * 30, 1e-6 * margin);
+  char wanted[40];
+  std::snprintf(wanted, sizeof wanted, "load margin %.4g\n", margin);
+  EXPECT_THAT(run(folder, "modes stam-17 --count 3").output, HasSubstr(wanted));
+  EXPECT_THAT(run(folder, "modes stam-17 --count 3 --gravity 0").output,
+              testing::Not(HasSubstr("load margin")));
 }
 
 TEST(Program, ModesAsTableAndCsvSayTheSameAsJson) {

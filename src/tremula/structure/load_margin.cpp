@@ -80,6 +80,7 @@ Iteration iterate(const BeamTree& tree, const std::vector<StrainForm>& forms, in
     result.alpha.push_back(q.dot(next));
     next -= result.alpha.back() * q;
     result.beta.push_back(next.norm());
+    if (!std::isfinite(result.beta.back())) return {};  // loads that numbers do not hold
     const double rounding = 1e-15 * result.size;
     const Tridiagonal matrix{result.alpha, result.beta};
     result.value = kth_largest_eigenvalue(matrix, 0, -std::numeric_limits<double>::infinity());

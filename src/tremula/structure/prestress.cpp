@@ -52,38 +52,50 @@ struct PathIntegrals {
   double slopes = 0;
 };
 
-PathIntegrals path_integrals(const Beam& beam, const Compliance& c) {
-  PathIntegrals path;
+// The beam at the points of its quadrature, and how long a piece of it each stands for.
+struct BeamPoint {
+  VolumePoint at;
+  Shape shape;
+  Strain strain;
+};
+
+// Up to `end` (1: the whole beam). The quadrature is that of the whole, which a part needs no more than.
+std::vector<BeamPoint> beam_points(const Beam& beam, const Compliance& c, double end = 1) {
+  std::vector<BeamPoint> points;
   for (const VolumePoint& point : volume_points(beam)) {
-    const Shape shape = shape_at(beam, point.s);
-    const Strain strain = strain_at(beam, c, point.s);
+    const double s = end * point.s;
+    points.push_back({{s, end * point.length, end * point.volume}, shape_at(beam, s), strain_at(beam, c, s)});
+  }
+  return points;
+}
+
+PathIntegrals path_integrals(const std::vector<BeamPoint>& points) {
+  PathIntegrals path;
+  for (const auto& [at, shape, strain] : points) {
     const Eigen::Vector2d slope = shape.slope.tail<2>();
-    path.twist_slope += point.length * (strain.torsion * slope - shape.torsion[1] * strain.curvature);
-    path.slopes += point.length * (slope[0] * strain.curvature[1] - slope[1] * strain.curvature[0]);
+    path.twist_slope += at.length * (strain.torsion * slope - shape.torsion[1] * strain.curvature);
+    path.slopes += at.length * (slope[0] * strain.curvature[1] - slope[1] * strain.curvature[0]);
   }
   return path;
 }
 
-// Of a unit force at s. The quadrature is that of the whole beam, which the part up to s needs no more than.
-LoadIntegrals of_force_at(const Beam& beam, const Compliance& c, double s) {
+// Of a unit force at s, from the points up to there.
+LoadIntegrals of_force_at(const Beam& beam, double s, const std::vector<BeamPoint>& points) {
   LoadIntegrals integrals;
-  for (const VolumePoint& point : volume_points(beam)) {
-    const double at = s * point.s;
-    integrals.add(shape_at(beam, at), strain_at(beam, c, at), s * point.length, 1, (s - at) * beam.length);
-  }
+  for (const auto& [at, shape, strain] : points)
+    integrals.add(shape, strain, at.length, 1, (s - at.s) * beam.length);
   integrals.add_base(shape_at(beam, 0), s * beam.length);
   integrals.move(shape_at(beam, s), 1);
   return integrals;
 }
 
 // Of a unit force on every unit of volume.
-LoadIntegrals of_volume(const Beam& beam, const Compliance& c) {
+LoadIntegrals of_volume(const Beam& beam, const std::vector<BeamPoint>& points) {
   LoadIntegrals integrals;
-  for (const VolumePoint& point : volume_points(beam)) {
-    const Shape shape = shape_at(beam, point.s);
-    const VolumeBeyond beyond = volume_beyond(beam, point.s);
-    integrals.add(shape, strain_at(beam, c, point.s), point.length, beyond.volume, beyond.moment);
-    integrals.move(shape, point.volume);
+  for (const auto& [at, shape, strain] : points) {
+    const VolumeBeyond beyond = volume_beyond(beam, at.s);
+    integrals.add(shape, strain, at.length, beyond.volume, beyond.moment);
+    integrals.move(shape, at.volume);
   }
   integrals.add_base(shape_at(beam, 0), volume_beyond(beam, 0).moment);
   return integrals;
@@ -156,8 +168,7 @@ DeadLoads weight(const Skeleton& skeleton, const StructureOptions& options) {
 std::vector<GeometricStiffness> geometric_stiffness(const BeamTree& tree, const DeadLoads& loads) {
   check_dead_loads(tree, loads);
   std::vector<GeometricStiffness> result(tree.parent.size());
-  // Forces on each branch and beyond, and their moments about its start's carrier; beyond it only, until its
-  // turn comes.
+  // What is beyond the end of each branch, about that end; and what is on it, about the node that carries it.
   std::vector<Vec3> force(tree.parent.size(), Vec3::Zero());
   std::vector<Mat3> moments(tree.parent.size(), Mat3::Zero());
   std::vector<Vec3> own_force(tree.parent.size(), Vec3::Zero());
@@ -169,18 +180,19 @@ std::vector<GeometricStiffness> geometric_stiffness(const BeamTree& tree, const 
     own_moments[k] +=
         (member.start_arm + point.position * member.beam.length * member.direction) * point.force.transpose();
     if (point.force.isZero(0)) continue;
-    add_force(of_force_at(member.beam, tree.compliances[k], point.position), point.force, member.direction,
-              result[k]);
+    const std::vector<BeamPoint> points = beam_points(member.beam, tree.compliances[k], point.position);
+    add_force(of_force_at(member.beam, point.position, points), point.force, member.direction, result[k]);
   }
   for (int i = tree.branch_count() - 1; i >= 0; --i) {
     const std::size_t k = index_of(i);
     const Member& member = tree.members[k];
     const Vec3& d = member.direction;
     const Vec3& by_volume = loads.per_volume[k];
-    add_force(of_volume(member.beam, tree.compliances[k]), by_volume, d, result[k]);
-    if (!force[k].isZero(0)) {
-      add_force(of_force_at(member.beam, tree.compliances[k], 1), force[k], d, result[k]);
-      add_moments(path_integrals(member.beam, tree.compliances[k]), moments[k], d, result[k]);
+    const std::vector<BeamPoint> points = beam_points(member.beam, tree.compliances[k]);
+    add_force(of_volume(member.beam, points), by_volume, d, result[k]);
+    if (!force[k].isZero(0) || !moments[k].isZero(0)) {
+      add_force(of_force_at(member.beam, 1, points), force[k], d, result[k]);
+      add_moments(path_integrals(points), moments[k], d, result[k]);
     }
     const int parent = tree.parent[k];
     if (parent < 0) continue;

@@ -40,7 +40,7 @@ struct GroundInertia {
 struct Structure {
   std::vector<Node> nodes;
   std::span<const Member> members;  // kept by the functions below
-  // M u and K^-1 f, the exact static deflection. Throw InputError for vectors of another size.
+  // M u and K^-1 f, the exact static deflection (K under the weight). Throw InputError for another size.
   std::function<Eigen::VectorXd(const Eigen::VectorXd& displacement)> mass;
   std::function<Eigen::VectorXd(const Eigen::VectorXd& force)> flexibility;
   EigenParts eigen;

@@ -112,6 +112,7 @@ std::vector<Node> nodes_of(const Skeleton& skeleton) {
 }
 
 [[noreturn]] void refuse_weight(const LoadMargin& margin, const StructureOptions& options) {
+  if (margin.branch < 0) throw InputError("plant", "a weight that numbers do not hold", "gravity 0");
   char found[120], wanted[200];
   std::snprintf(found, sizeof found, "buckles under the weight of the plant (load margin %.3g)",
                 margin.factor);
