@@ -259,6 +259,8 @@ Json describe(const StructureOptions& options, const LoadMargin& margin) {
   const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   return {{"material", options.material.name},
           {"youngs_modulus_pa", options.material.youngs_modulus},
+          {"modulus_of_rupture_pa",
+           options.material.modulus_of_rupture > 0 ? Json(options.material.modulus_of_rupture) : Json()},
           {"shear_modulus_pa", options.material.shear_modulus},
           {"density_kg_m3", options.material.density},
           {"source", options.material.source},

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <numbers>
 
 #include "commands.hpp"
 #include "common.hpp"
@@ -131,7 +132,9 @@ std::string as_table(const std::vector<LoadRow>& rows, const Limits& limits, con
                     row.drag_exponent, 1e-6 * youngs_modulus * row.surface_strain.expected_peak);
   }
   text += printed("peaks are those of %g s (Davenport)\n", command.duration);
-  if (limits.breaks_at) {
+  if (limits.modulus_of_rupture == 0) {
+    text += "no modulus of rupture is known\n";
+  } else if (limits.breaks_at) {
     text += printed("the foot of the stem reaches %.3g MPa, its modulus of rupture, at %.3g m/s\n",
                     1e-6 * limits.modulus_of_rupture, *limits.breaks_at);
   } else {
@@ -217,7 +220,7 @@ void LoadCommand::run(const CLI::App& flags) const {
     Weather conditions = weather(all_speeds[i]);
     conditions.gauges = {base};
     const Motion motion = set_in_motion(subject, conditions);
-    const double heading = conditions.wind.reference.heading * 3.14159265358979323846 / 180;
+    const double heading = conditions.wind.reference.heading * std::numbers::pi / 180;
     const GaugeSeries series =
         gauge_series(motion.readings.front(), motion, conditions.wind.reference.heading);
     rows.push_back({all_speeds[i], motion.mean_drag.dot(Vec3(std::cos(heading), std::sin(heading), 0)),
@@ -230,9 +233,13 @@ void LoadCommand::run(const CLI::App& flags) const {
   find_exponents(rows);
   const double youngs_modulus = options.material.youngs_modulus;
   Limits limits{.modulus_of_rupture = modulus_of_rupture.value_or(options.material.modulus_of_rupture)};
-  limits.breaks_at = speed_at(rows, limits.modulus_of_rupture, [&](const LoadRow& row) {
-    return youngs_modulus * row.surface_strain.expected_peak;
-  });
+  if (limits.modulus_of_rupture == 0)
+    warnings.push_back("the modulus of rupture of " + options.material.name +
+                       " is not known: --modulus-of-rupture");
+  if (limits.modulus_of_rupture > 0)
+    limits.breaks_at = speed_at(rows, limits.modulus_of_rupture, [&](const LoadRow& row) {
+      return youngs_modulus * row.surface_strain.expected_peak;
+    });
   if (root_moment_capacity) {
     limits.root_turns_at = speed_at(rows, *root_moment_capacity,
                                     [](const LoadRow& row) { return row.base_moment.expected_peak; });
