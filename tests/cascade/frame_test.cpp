@@ -29,7 +29,9 @@ TEST(FrameInTheWind, MovesAsTheSameTreeDoes) {
   const Subject tree =
       bake(skeleton, {.structure = test::weightless({.material = wood}), .modes = {.count = 10}});
   const Subject frame = bake(test::frame_of(skeleton, wood), {.modes = {.count = 10}});
-  const Motion as_tree = set_in_motion(tree, breeze()), as_frame = set_in_motion(frame, breeze());
+  Weather weather = breeze();
+  weather.lean.rotations = Rotations::small;
+  const Motion as_tree = set_in_motion(tree, weather), as_frame = set_in_motion(frame, weather);
   EXPECT_LT((as_frame.basis.frequency - as_tree.basis.frequency).norm(),
             1e-8 * as_tree.basis.frequency.norm());
   for (const double time : {0.0, 1.7, 5.3}) {
