@@ -87,17 +87,19 @@ TEST(FindShelter, LeavesTheWholeWindToASingleSiteAndToSitesThatStandApart) {
   EXPECT_NEAR(drag(apart, Vec3::UnitX()), 4 * 0.2, 1e-12);
 }
 
-TEST(FindShelter, LeavesTheWindToALoneTwig) {
-  // Half a metre long and a centimetre thick, its four sites in one row, which the wind meets at an angle.
+TEST(FindShelter, LeavesTheWindToALoneTwigAndToALoneTrunk) {
+  // A twig half a metre long that the wind meets at an angle, and an upright trunk that fills half a column.
   std::vector<Vec3> places;
-  for (int i = 0; i < 4; ++i) places.push_back(Vec3(0, 0, 0.125 * i));
+  for (int i = 0; i < 20; ++i) places.push_back(Vec3(0, 0, 0.025 * i));
   for (const double angle : {1.57, 1.0, 0.6, 0.2}) {
     const Vec3 direction(std::sin(angle), 0, std::cos(angle));
-    const Places twig = stacked(places, 1.2 * 0.01 * 0.125 * std::sin(angle));
+    const Places twig = stacked(places, 1.2 * 0.01 * 0.025 * std::sin(angle));
     const Eigen::VectorXd shelter = find_shelter(twig.places, twig.drag_area, direction);
     EXPECT_GT(shelter.minCoeff(), 0.99) << angle;
     EXPECT_LE(shelter.maxCoeff(), 1);
   }
+  const Places trunk = stacked(places, 1.2 * 0.3 * 0.025);
+  EXPECT_GT(find_shelter(trunk.places, trunk.drag_area, Vec3::UnitX()).minCoeff(), 1 - 1e-12);
 }
 
 TEST(FindShelter, InAUniformSlabFallsExponentiallyWithDepth) {
@@ -108,13 +110,11 @@ TEST(FindShelter, InAUniformSlabFallsExponentiallyWithDepth) {
   int compared = 0;
   for (Eigen::Index s = 0; s < shelter.size(); ++s) {
     const Vec3& place = sites.places.col(s);
-    // Half a cell from front and back, over which the sites there take their share, and a cell from the
-    // sides, where columns are half empty.
-    const bool inside =
-        (place - Vec3(1.5, 2, 2)).cwiseAbs().cwiseQuotient(Vec3(1.25, 1.4, 1.4)).maxCoeff() < 1;
-    if (!inside) continue;
-    // But for what the site takes itself, a hundredth of the slab's over a cell.
-    EXPECT_NEAR(shelter[s] / std::exp(-0.5 * density * place.x()), 1, 2e-3);
+    // A cell from the sides, where columns are half empty.
+    if (place.x() < 0.0625 || std::abs(place.y() - 2) > 1.4 || std::abs(place.z() - 2) > 1.4) continue;
+    // The sites stand in planes 0.1 m apart: the wind before a plane has passed half of such a step less.
+    const double wanted = std::exp(-0.5 * density * (place.x() - 0.05));
+    EXPECT_NEAR(shelter[s] / wanted, 1, 1e-10) << place.transpose();
     ++compared;
   }
   EXPECT_GT(compared, 10'000);
@@ -135,7 +135,9 @@ TEST(FindShelter, TakesFromTheWindWhatTheSitesGetOfIt) {
       if (std::abs(place.y() - 2) < 1 && std::abs(place.z() - 2) < 1)
         thrust += sites.drag_area[s] * shelter[s] * shelter[s] / 4;  // of a square metre
     }
-    EXPECT_NEAR(thrust / (lost * (induction ? entering * entering : 1)), 1, 0.01);
+    // Of the first order in the steps of 0.1 m: each plane has the wind before it and not that within.
+    const double before_it = std::exp(0.05 * density);
+    EXPECT_NEAR(thrust / (lost * before_it * (induction ? entering * entering : 1)), 1, 0.005);
   }
 }
 

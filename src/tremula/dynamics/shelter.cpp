@@ -84,36 +84,45 @@ std::vector<Entry> share_among_columns(const Grid& grid) {
   return entries;
 }
 
-// What is left of the wind at the sites of one column, weighted, added to theirs. Each takes its share
-// evenly over a cell, half of it before its place. `face` of the column [m^2].
+// For each of the places (ascending) the depths of those before it: in full from `ramp` cells on.
+std::vector<double> sum_before(const std::vector<double>& places, const std::vector<double>& depths) {
+  constexpr double ramp = 0.125;
+  std::vector<double> sums(places.size());
+  // From `passed` on they are within the ramp; moment: of these, about the place.
+  double full = 0, within = 0, moment = 0;
+  std::size_t passed = 0;
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    if (k > 0) moment += within * (places[k] - places[k - 1]);
+    for (; places[k] - places[passed] >= ramp; ++passed) {
+      full += depths[passed];
+      within -= depths[passed];
+      moment -= depths[passed] * (places[k] - places[passed]);
+    }
+    sums[k] = std::max(0.0, full + moment / ramp);
+    within += depths[k];
+  }
+  return sums;
+}
+
+// What is left of the wind at the sites of one column, weighted, added to theirs. `face` of it [m^2].
 void blow_through(std::span<const Entry> column, const Grid& grid, const Eigen::VectorXd& drag_area,
                   double face, bool induction, Eigen::VectorXd& shelter) {
   const auto site = [&](std::size_t k) { return grid.downwind[index_of(column[k].rank)]; };
-  const auto depth_of = [&](std::size_t k) {  // -ln of what it leaves of the wind
-    return 0.5 * column[k].weight * drag_area[site(k)] / face;
-  };
-  double total = 0;
-  for (std::size_t k = 0; k < column.size(); ++k) total += depth_of(k);
-  // The sites from `passed` to `begun` take their share about site k, those before have taken it.
-  double taken = 0, taking = 0, moment = 0;  // moment: of `taking`, about the place of site k
-  std::size_t passed = 0, begun = 0;
-  for (std::size_t k = 0; k < column.size(); ++k) {
-    const double place = grid.along[site(k)];
-    if (k > 0) moment -= taking * (place - grid.along[site(k - 1)]);
-    for (; begun < column.size() && grid.along[site(begun)] < place + 0.5; ++begun) {
-      taking += depth_of(begun);
-      moment += depth_of(begun) * (grid.along[site(begun)] - place);
-    }
-    for (; grid.along[site(passed)] <= place - 0.5; ++passed) {
-      taking -= depth_of(passed);
-      moment -= depth_of(passed) * (grid.along[site(passed)] - place);
-      taken += depth_of(passed);
-    }
-    const double own = depth_of(k);
-    const double before = std::max(0.0, taken + 0.5 * taking - moment - 0.5 * own);
-    const double thrust = induction ? -std::expm1(-2 * std::max(0.0, total - own)) : 0;
+  const std::size_t count = column.size();
+  std::vector<double> places(count), depths(count);  // depth: -ln of what a site leaves of the wind
+  std::vector<double> upwind_places(count), upwind_depths(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    places[k] = grid.along[site(k)];
+    depths[k] = 0.5 * column[k].weight * drag_area[site(k)] / face;
+    upwind_places[count - 1 - k] = -places[k];
+    upwind_depths[count - 1 - k] = depths[k];
+  }
+  const std::vector<double> before = sum_before(places, depths);
+  const std::vector<double> behind = sum_before(upwind_places, upwind_depths);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double thrust = induction ? -std::expm1(-2 * (before[k] + behind[count - 1 - k])) : 0;
     // (1 - i)^2 thrust = 4 i (1 - i)
-    shelter[site(k)] += column[k].weight * std::exp(-before) * 4 / (4 + thrust);
+    shelter[site(k)] += column[k].weight * std::exp(-before[k]) * 4 / (4 + thrust);
   }
 }
 
