@@ -30,6 +30,17 @@ Eigen::VectorXd shares_of_wind(const Sites& sites, const Eigen::Matrix3Xd& place
   return find_shelter(places, areas, mean.normalized(), options);
 }
 
+constexpr int most_rounds = 20;
+
+// Less wind folds fewer leaves, which leave less of it: half of each change settles that. True where nothing
+// changes any more.
+bool settle(const Eigen::VectorXd& left, int round, Eigen::VectorXd& share) {
+  constexpr double settled = 1e-4;  // of the wind
+  const Eigen::VectorXd change = left - share;
+  share += (round == 0 ? 1 : 0.5) * change;
+  return change.cwiseAbs().maxCoeff() < settled;
+}
+
 // Where each site is on members that stand straight.
 Eigen::Matrix3Xd places_of(const Structure& structure, const Sites& sites) {
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(sites.sites.size()));
@@ -44,9 +55,12 @@ Lean small_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
                 const LeanOptions& options) {
   Lean lean{.displacement = {}, .structure = structure, .sites = structure.find_sites(), .loads = {}};
   const std::vector<GustStatistics> at_points = wind_of_points(wind, lean.sites.points);
-  const Eigen::VectorXd free = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(lean.sites.sites.size()));
-  const Eigen::VectorXd share =
-      shares_of_wind(lean.sites, places_of(structure, lean.sites), at_points, law, options.shelter, free);
+  const Eigen::Matrix3Xd places = places_of(structure, lean.sites);
+  Eigen::VectorXd share = Eigen::VectorXd::Ones(places.cols());
+  for (int round = 0; round < most_rounds; ++round) {
+    if (settle(shares_of_wind(lean.sites, places, at_points, law, options.shelter, share), round, share))
+      break;
+  }
   lean.loads = find_loads(lean.sites, at_points, law, share);
   lean.displacement = structure.flexibility(mean_force(lean.sites, lean.loads));
   return lean;
@@ -138,8 +152,7 @@ std::vector<PointForce> drag_of_sites(const Lean& lean) {
 // which leave less of it: half of each change settles that in a few rounds.
 Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& law,
                 const LeanOptions& options) {
-  constexpr double settled = 1e-6, settled_share = 1e-4;  // of the size of the tree; of the wind
-  constexpr int most_rounds = 20;
+  constexpr double settled = 1e-6;  // of the size of the tree
   const BeamTree& tree = *structure.tree;
   const Sites sites = structure.find_sites();
   const DragOnBranches drag(tree, sites, wind, law);
@@ -159,14 +172,12 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   const double size = size_of(bent);
   Equilibrium rest;
   for (int round = 0; round < most_rounds; ++round) {
-    const Eigen::VectorXd left = drag.shares(bent, options.shelter, share), change = left - share;
-    share += (round == 0 ? 1 : 0.5) * change;
+    const bool calm = settle(drag.shares(bent, options.shelter, share), round, share);
     rest = find_equilibrium(tree, loads, search);
     const double moved = farthest(rest.bent, bent);
     search.start = rest.strains;
     bent = rest.bent;
-    const bool still = moved < settled * size && change.cwiseAbs().maxCoeff() < settled_share;
-    if (still || !options.shelter.on) break;
+    if ((calm && moved < settled * size) || !options.shelter.on) break;
   }
   Lean lean{.displacement = displacement_of(tree, bent),
             .structure = {},
