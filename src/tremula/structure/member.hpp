@@ -38,6 +38,7 @@ Vec6 foot_displacement(const Member& member, Eigen::Ref<const Eigen::VectorXd> d
 // that a force there makes (S eq. 4, B before it is integrated).
 using PointShape = Eigen::Matrix<double, 12, 3>;
 PointShape point_shape(const Member& member, double s);
+PointShape point_shape(const Shape& shape, const Vec3& direction);
 
 // The rotation of the cross section at s is the transpose of this times the same displacements.
 PointShape turn_shape(const Member& member, double s);
