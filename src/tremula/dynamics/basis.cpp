@@ -58,9 +58,17 @@ void check_basis(const Basis& basis) {
 
 Eigen::VectorXd superpose(const Basis& basis, const Eigen::VectorXd& coordinates) {
   check_equal("coordinates", coordinates.size(), basis.columns.cols());
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(basis.columns.rows());
-  if (coordinates.size() > 0) sum = coordinates[0] * basis.columns.col(0);
-  for (Eigen::Index c = 1; c < coordinates.size(); ++c) sum += coordinates[c] * basis.columns.col(c);
+  const Eigen::MatrixXd& x = basis.columns;
+  const Eigen::VectorXd& y = coordinates;
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(x.rows());
+  if (y.size() > 0) sum = y[0] * x.col(0);
+  // Four columns on one way through the sum, added one after the other as ever.
+  Eigen::Index c = 1;
+  for (; c + 4 <= y.size(); c += 4) {
+    sum = (((sum + y[c] * x.col(c)) + y[c + 1] * x.col(c + 1)) + y[c + 2] * x.col(c + 2)) +
+          y[c + 3] * x.col(c + 3);
+  }
+  for (; c < y.size(); ++c) sum += y[c] * x.col(c);
   return sum;
 }
 
