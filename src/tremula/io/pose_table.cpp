@@ -1,22 +1,10 @@
 #include "tremula/io/pose_table.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/io/append_number.hpp"
 #include "tremula/io/finite.hpp"
 
-#include <charconv>
-
 namespace tremula {
-namespace {
-
-template <class Number>
-void append(std::string& text, Number value, char after) {
-  char digits[32];
-  const auto end = std::to_chars(digits, digits + sizeof digits, value).ptr;
-  text.append(digits, end);
-  text.push_back(after);
-}
-
-}  // namespace
 
 std::string encode_pose_table(const Loop& loop, std::span<const int> frames) {
   check_instances(loop.instances);
@@ -36,12 +24,12 @@ std::string encode_pose_table(const Loop& loop, std::span<const int> frames) {
         const Vec3 position =
             instance.position + instance.scale * (turn * (loop.nodes.col(node) + poses.col(node).head<3>()));
         const Vec3 rotation = turn * poses.col(node).tail<3>();
-        append(text, frame, ',');
-        append(text, time, ',');
-        if (several) append(text, i, ',');
-        append(text, node, ',');
-        for (int c = 0; c < 3; ++c) append(text, position[c], ',');
-        for (int c = 0; c < 3; ++c) append(text, rotation[c], c < 2 ? ',' : '\n');
+        append_number(text, frame, ',');
+        append_number(text, time, ',');
+        if (several) append_number(text, i, ',');
+        append_number(text, node, ',');
+        for (int c = 0; c < 3; ++c) append_number(text, position[c], ',');
+        for (int c = 0; c < 3; ++c) append_number(text, rotation[c], c < 2 ? ',' : '\n');
       }
     }
   }
