@@ -236,6 +236,7 @@ TEST(PlaceGauge, FindsTheBaseAPlaceOnTheStemAndABranch) {
   EXPECT_EQ(place_gauge(skeleton, "branch:6:0.5").branch, 6);
   EXPECT_EQ(place_gauge(skeleton, "branch:6:0.5").place, 0.5);
   EXPECT_EQ(place_gauge(skeleton, "branch:6:0.5").name, "branch:6:0.5");
+  EXPECT_EQ(place_gauge(skeleton, "stem:5.00001").place, 1);  // as a message may round the length
   skeleton.branches[5].start_radius = 0.2;
   EXPECT_EQ(place_gauge(skeleton, "base").branch, 5);
 }

@@ -30,7 +30,7 @@ Gauge place_gauge(const Skeleton& skeleton, const std::string& text);
 // about the point of the section on the axis [N m].
 struct GaugeReading {
   Gauge gauge;
-  Mat3 axes;                     // columns: along the beam; horizontal, across it; across both; right-handed
+  Mat3 axes = Mat3::Identity();  // columns: along the beam; horizontal, across it; across both; right-handed
   double radius = 0;             // of the section [m]
   double bending_stiffness = 0;  // EI [N m^2]
   double axial_stiffness = 0;    // EA [N]
