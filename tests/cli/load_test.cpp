@@ -1,6 +1,7 @@
 // tremula load and the gauges of tremula animate, as a user runs them.
-#include "program.hpp"
+#include "cli/program.hpp"
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 #include <vector>

@@ -8,7 +8,7 @@ namespace tremula {
 namespace {
 
 TEST(RotationMatrix, IsThatOfTheAxisAndTheAngle) {
-  for (const double angle : {0.0, 1e-9, 1e-5, 0.009, 0.011, 0.7, 3.0, 20.0}) {
+  for (const double angle : {0.0, 1e-9, 1e-5, 0.009, 0.3, 0.316, 0.317, 0.7, 3.0, 20.0}) {
     const Vec3 axis = Vec3(1, -2, 0.5).normalized();
     const Mat3 wanted = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
     EXPECT_LT((rotation_matrix(angle * axis) - wanted).norm(), 1e-14 * (1 + angle)) << angle;
@@ -23,7 +23,7 @@ TEST(RotationVector, UndoesTheMatrixUpToHalfATurn) {
 }
 
 TEST(RotationTangent, TellsHowTheRotationTurnsWhenItsVectorGrows) {
-  for (const double angle : {1e-6, 0.009, 0.011, 0.8, 2.5}) {
+  for (const double angle : {1e-6, 0.009, 0.316, 0.317, 0.8, 2.5}) {
     const Vec3 vector = angle * Vec3(-0.4, 0.3, 1).normalized(), growth = 1e-6 * Vec3(0.6, -1, 0.2);
     const Vec3 turned =
         rotation_vector(rotation_matrix(vector + growth) * rotation_matrix(vector).transpose());

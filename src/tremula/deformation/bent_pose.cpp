@@ -59,8 +59,8 @@ Eigen::VectorXd displacement_about_lean(const Motion& motion, double time) {
 }
 
 std::vector<BentBranch> bent_at(const BentLean& lean, const Motion& motion, double time) {
-  return bend(*lean.tree, lean.strains + strains_about(*lean.tree, lean.bent, lean.maps,
-                                                       displacement_about_lean(motion, time)));
+  return bend(*lean.tree,
+              lean.strains + strains_about(*lean.tree, lean.maps, displacement_about_lean(motion, time)));
 }
 
 std::vector<BentBranch> bent_at(const Structure& structure, const Motion& motion, double time) {
@@ -93,7 +93,7 @@ BentPoint bent_node(const Structure& structure, const std::vector<BentBranch>& b
 BentChange change_about(const BentLean& lean, const Eigen::VectorXd& displacement) {
   // Small enough for the third derivative, large enough for the digits of a difference.
   constexpr double angle = 1e-4;
-  const Eigen::VectorXd more = strains_about(*lean.tree, lean.bent, lean.maps, displacement);
+  const Eigen::VectorXd more = strains_about(*lean.tree, lean.maps, displacement);
   const double step = angle / std::max(largest_angle(*lean.tree, displacement, more), 1e-100);
   return {bend(*lean.tree, lean.strains + step * more), bend(*lean.tree, lean.strains - step * more), step};
 }

@@ -42,10 +42,13 @@ int thickest_stem(const Skeleton& skeleton) {
 
 Gauge place_on_stem(const Skeleton& skeleton, const std::string& text, double distance) {
   const std::vector<int> continuation = branch_continuations(skeleton);
+  constexpr double as_printed = 1e-5;  // the length of the stem, to the digits that the message has
   double below = 0;
   for (int k = thickest_stem(skeleton); k >= 0; k = continuation[index_of(k)]) {
     const double length = skeleton.branches[index_of(k)].length();
-    if (distance >= 0 && distance <= below + length) return {text, k, (distance - below) / length};
+    const bool is_tip = continuation[index_of(k)] < 0;
+    if (distance >= 0 && distance <= (below + length) * (is_tip ? 1 + as_printed : 1))
+      return {text, k, std::min((distance - below) / length, 1.0)};
     below += length;
   }
   reject(text, "0 to " + number_text(below) + " m, the length of the main stem");

@@ -85,7 +85,7 @@ Eigen::VectorXd strains_of(const BeamTree& tree, const Eigen::VectorXd& displace
 
 Eigen::VectorXd strains_about(const BeamTree& tree, const Eigen::VectorXd& strains,
                               const std::vector<BentBranch>& bent, const Eigen::VectorXd& displacement) {
-  return strains_about(tree, bent, strain_maps(tree, strains, bent), displacement);
+  return strains_about(tree, strain_maps(tree, strains, bent), displacement);
 }
 
 StrainMaps strain_maps(const BeamTree& tree, const Eigen::VectorXd& strains,
@@ -110,25 +110,25 @@ StrainMaps strain_maps(const BeamTree& tree, const Eigen::VectorXd& strains,
                                   member.beam.length * (cross * system.partialPivLu().solve(turn)));
     maps.rotation.emplace_back(
         rotation_tangent(strains.segment<3>(6 * k + 3)).partialPivLu().solve(to_start));
+    const int parent = tree.parent[index_of(k)];
+    const Vec3 carrier = parent < 0 ? branch.start - member.start_arm : bent[index_of(parent)].end;
+    maps.reach.emplace_back(branch.end - carrier);
   }
   return maps;
 }
 
-Eigen::VectorXd strains_about(const BeamTree& tree, const std::vector<BentBranch>& bent,
-                              const StrainMaps& maps, const Eigen::VectorXd& displacement) {
+Eigen::VectorXd strains_about(const BeamTree& tree, const StrainMaps& maps,
+                              const Eigen::VectorXd& displacement) {
   check_equal("rows of the displacement", displacement.size(), tree.size());
-  check_equal("bent branches", static_cast<std::ptrdiff_t>(bent.size()), tree.branch_count());
-  check_equal("maps of translations", static_cast<std::ptrdiff_t>(maps.translation.size()),
-              tree.branch_count());
-  check_equal("maps of rotations", static_cast<std::ptrdiff_t>(maps.rotation.size()), tree.branch_count());
+  for (const std::size_t count : {maps.translation.size(), maps.rotation.size(), maps.reach.size()})
+    check_equal("maps of strains", static_cast<std::ptrdiff_t>(count), tree.branch_count());
   Eigen::VectorXd more(tree.size());
   for (int k = 0; k < tree.branch_count(); ++k) {
     const int parent = tree.parent[index_of(k)];
     Vec3 translation = displacement.segment<3>(6 * k), rotation = displacement.segment<3>(6 * k + 3);
     if (parent >= 0) {
       const Vec3 carried = displacement.segment<3>(6 * parent + 3);
-      translation -= displacement.segment<3>(6 * parent) +
-                     carried.cross(bent[index_of(k)].end - bent[index_of(parent)].end);
+      translation -= displacement.segment<3>(6 * parent) + carried.cross(maps.reach[index_of(k)]);
       rotation -= carried;
     }
     more.segment<3>(6 * k).noalias() = maps.translation[index_of(k)] * translation;

@@ -37,13 +37,13 @@ Eigen::VectorXd strains_about(const BeamTree& tree, const Eigen::VectorXd& strai
 // The same in two steps, for whoever asks about one bent shape again and again: by what to multiply, branch
 // by branch, the displacement of the end against its carried start. (N) each
 struct StrainMaps {
-  std::vector<Mat3> translation;  // [1]
-  std::vector<Mat3> rotation;     // [1]
+  std::vector<Mat3> translation, rotation;  // [1]
+  std::vector<Vec3> reach;  // from the node that carries the start to the end of the branch, as it stands [m]
 };
 StrainMaps strain_maps(const BeamTree& tree, const Eigen::VectorXd& strains,
                        const std::vector<BentBranch>& bent);
-Eigen::VectorXd strains_about(const BeamTree& tree, const std::vector<BentBranch>& bent,
-                              const StrainMaps& maps, const Eigen::VectorXd& displacement);
+Eigen::VectorXd strains_about(const BeamTree& tree, const StrainMaps& maps,
+                              const Eigen::VectorXd& displacement);
 
 // Translations [m] and rotation vectors [rad] of the ends, from rest. (6N)
 Eigen::VectorXd displacement_of(const BeamTree& tree, const std::vector<BentBranch>& bent);
