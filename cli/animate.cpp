@@ -435,8 +435,8 @@ struct Moved {
 };
 
 // Takes the shapes of the modes and leaves the rest of the subject.
-Moved move_in_wind(Subject& subject, const Weather& conditions, const Progress& progress, StageLog& log,
-                   WarningLog& warnings) {
+Moved move_in_wind(Subject& subject, const Weather& conditions, bool superposed, const Progress& progress,
+                   StageLog& log, WarningLog& warnings) {
   Eigen::MatrixXd shapes = std::move(subject.modes.shapes);
   Modes modes = subject.modes;
   modes.shapes = std::move(shapes);
@@ -445,7 +445,7 @@ Moved move_in_wind(Subject& subject, const Weather& conditions, const Progress& 
   log.finish();
   MotionStatistics statistics = motion_statistics(subject.structure, motion);
   warnings.add(of_wind);
-  warnings.add(advice(subject, conditions, statistics));
+  warnings.add(advice(subject, conditions, statistics, superposed));
   return {std::move(motion), std::move(statistics)};
 }
 
@@ -507,7 +507,12 @@ void AnimateCommand::run(const CLI::App& flags) const {
                           write_options, writers, outputs));
 
   Subject subject = bake_plant(plant, options, progress, warnings);
-  Moved moved = move_in_wind(subject, conditions, progress, log, warnings);
+  // Bent poses superpose nothing; morph targets do, whatever the poses.
+  const bool superposed = plant.frame || loads.pose == "linear" ||
+                          std::any_of(writers.begin(), writers.end(), [](const LoopWriter* each) {
+                            return each->extension == "glb" || each->extension == "html";
+                          });
+  Moved moved = move_in_wind(subject, conditions, superposed, progress, log, warnings);
   std::vector<GaugeSeries> series;
   for (const GaugeReading& reading : moved.motion.readings)
     series.push_back(gauge_series(reading, moved.motion, conditions.wind.reference.heading));

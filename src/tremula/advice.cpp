@@ -40,7 +40,7 @@ double share_between(const std::function<double(double)>& spectrum, double low, 
 }  // namespace
 
 std::vector<std::string> advice(const Subject& subject, const Weather& weather,
-                                const MotionStatistics& statistics) {
+                                const MotionStatistics& statistics, bool superposed) {
   std::vector<std::string> lines;
   const double nyquist = weather.loop.sample_count / (2 * weather.loop.period);
   const double highest = subject.modes.frequency[subject.modes.count() - 1];
@@ -62,10 +62,11 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
     }
   }
   const double intensity = weather.wind.reference.intensity.value_or(0);
-  if (intensity > 0.4) {
+  if (intensity > 0.4 && weather.loads.model != LoadModel::stochastic) {
     lines.push_back(print(
         "a turbulence intensity of %.2g is beyond what loads linear in the gusts describe (0.4)", intensity));
   }
+  if (!superposed) return lines;
   // Bent, a branch is stretched; twisted, only its skin is: then the rotation alone tells.
   const double lean = statistics.largest_lean_rotation, rms = statistics.about_lean.rotation;
   if (statistics.largest_stretch > 0.05) {

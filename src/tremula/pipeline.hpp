@@ -56,9 +56,10 @@ Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progres
 Subject bake(const Frame& frame, const BakeOptions& options, const Progress& progress = {});
 
 // What the user should know about a loop: modes above its highest frequency, wind that it is too short for,
-// turbulence too large for linear loads, members stretched by more than 5 %. A line each.
+// turbulence too large for linear loads and, where displacements are superposed (linear poses and morph
+// targets), members stretched by more than 5 %. A line each.
 std::vector<std::string> advice(const Subject& subject, const Weather& weather,
-                                const MotionStatistics& statistics);
+                                const MotionStatistics& statistics, bool superposed = true);
 
 // The loop that this weather gives the subject. `warnings`, where given, takes what the wind has to say, a
 // line each. Throws InputError for settings out of range, and for a subject whose parts do not fit together.
