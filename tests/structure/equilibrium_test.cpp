@@ -203,6 +203,33 @@ TEST(FindEquilibrium, OnASoftRootTurnsWholeUnderTheMomentThere) {
   EXPECT_NEAR(tip_of(rest)[2], 0.5, 1e-3);
 }
 
+// Springs between both ends of every branch and the places where they stand at rest.
+BranchLoads springs(const BeamTree& tree, const EndGrowth& stiffness, bool tell_growth) {
+  return [=, &tree](int k, const BentBranch& branch) {
+    const Member& member = tree.members[index_of(k)];
+    Eigen::Matrix<double, 12, 1> moved;
+    moved << branch.start - member.start, rotation_vector(branch.start_frame), branch.end - member.point(1),
+        rotation_vector(branch.end_frame);
+    const Eigen::Matrix<double, 12, 1> force = -stiffness * moved;
+    EndLoads loads{force.head<3>(), force.segment<3>(3), force.segment<3>(6), force.tail<3>()};
+    loads.end_force += Vec3(200, 100, 0);
+    if (tell_growth) loads.growth = -stiffness;
+    return loads;
+  };
+}
+
+TEST(FindEquilibrium, TakesFewStepsWhereItIsToldHowSpringsAnswerAndComesToTheSamePlaceWithout) {
+  const BeamTree tree = assemble_tree(test::awkward_tree(), {});
+  EndGrowth root;
+  for (int i = 0; i < 12; ++i) root.col(i) = test::random_vector(12, index_of(i));
+  const EndGrowth stiffness = 0.5 * root * root.transpose();
+  const Equilibrium told = find_equilibrium(tree, springs(tree, stiffness, true));
+  const Equilibrium untold = find_equilibrium(tree, springs(tree, stiffness, false));
+  EXPECT_LE(told.steps, 5);
+  EXPECT_GT(untold.steps, told.steps);
+  EXPECT_LT((told.strains - untold.strains).norm(), 1e-8 * told.strains.norm());
+}
+
 TEST(FindEquilibrium, RefusesLoadsAtRestOfAnotherTree) {
   const BeamTree tree = rod(4);
   EXPECT_THROW(find_equilibrium(tree, at_tip(tree, Vec3::Zero()), {.at_rest = Eigen::VectorXd::Zero(3)}),

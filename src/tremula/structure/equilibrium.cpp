@@ -116,6 +116,7 @@ double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBran
     end.wrench.head<3>() += load.end_force;
     end.wrench.tail<3>() += load.end_moment;
     end.stiffness.topRightCorner<3, 3>() += load.end_turning;
+    if (load.growth) end.stiffness += load.growth->bottomRightCorner<6, 6>();
     end.stiffness.diagonal().head<3>().array() -= syrup * mass[index_of(k)];
     end.stiffness.diagonal().tail<3>().array() -= syrup * inertia[index_of(k)];
 
@@ -142,6 +143,7 @@ double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBran
     Mat6 at_start = end.stiffness * carry;
     at_start.topRightCorner<3, 3>() += cross_matrix(force);
     at_start.bottomRightCorner<3, 3>() += cross_matrix(moment);
+    if (load.growth) at_start += load.growth->bottomLeftCorner<6, 6>();
     SixBySeven right;
     right << error + to_strain * end.constant, to_strain * at_start;
     const SixBySeven solved = (Mat6::Identity() - growth).partialPivLu().solve(right);
@@ -154,6 +156,7 @@ double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBran
     // The wrench at the start is that at the end carried over the reach, which itself moves.
     Mat6 handed = carry.transpose() * end.stiffness;
     handed.bottomLeftCorner<3, 3>() -= cross_matrix(force);
+    if (load.growth) handed += load.growth->topRightCorner<6, 6>();
     Mat6 stiffness = handed * (carry + motion * answer.follow);
     stiffness.bottomLeftCorner<3, 3>() += cross_matrix(force);
     const Vec6 constant = carry.transpose() * end.constant + handed * (motion * answer.step);
@@ -161,6 +164,10 @@ double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBran
     wrench.head<3>() += load.start_force;
     wrench.tail<3>() += load.start_moment;
     stiffness.topRightCorner<3, 3>() += load.start_turning;
+    if (load.growth) {
+      stiffness += load.growth->topLeftCorner<6, 6>();
+      stiffness.noalias() += carry.transpose() * load.growth->bottomLeftCorner<6, 6>();
+    }
 
     Hung& carrier = hung[index_of(parent)];
     const Vec3 arm = branch.start - bent[index_of(parent)].end;

@@ -10,11 +10,14 @@
 #include "tremula/structure/bent_tree.hpp"
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace tremula {
+
+using EndGrowth = Eigen::Matrix<double, 12, 12>;
 
 // What loads a branch, as forces [N] and moments [N m] at the start of its beam and at its end; world axes.
 // turning: how the force grows when the branch turns [N/rad]; it speeds the search up and changes no result.
@@ -22,6 +25,9 @@ struct EndLoads {
   Vec3 start_force = Vec3::Zero(), start_moment = Vec3::Zero();
   Vec3 end_force = Vec3::Zero(), end_moment = Vec3::Zero();
   Mat3 start_turning = Mat3::Zero(), end_turning = Mat3::Zero();
+  // How all twelve (force and moment at the start, then at the end) grow beside that when the start and the
+  // end move, start first: springs, and what inertia and drag are in one step of time. Likewise.
+  std::optional<EndGrowth> growth = {};
 };
 
 // Adds a force on the axis at s, and how it grows when the branch turns, shared by the ends as the shape

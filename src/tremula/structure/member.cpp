@@ -34,10 +34,12 @@ Vec6 foot_displacement(const Member& member, Eigen::Ref<const Eigen::VectorXd> d
   return result;
 }
 
-// A force across the beam makes moments d x f on the slopes.
 PointShape point_shape(const Member& member, double s) {
-  const Shape shape = shape_at(member.beam, s);
-  const Vec3& direction = member.direction;
+  return point_shape(shape_at(member.beam, s), member.direction);
+}
+
+// A force across the beam makes moments d x f on the slopes.
+PointShape point_shape(const Shape& shape, const Vec3& direction) {
   const Mat3 along = direction * direction.transpose();
   const Mat3 across = Mat3::Identity() - along, cross = cross_matrix(direction);
   PointShape forces;

@@ -38,6 +38,7 @@ Vec6 foot_displacement(const Member& member, Eigen::Ref<const Eigen::VectorXd> d
 // that a force there makes (S eq. 4, B before it is integrated).
 using PointShape = Eigen::Matrix<double, 12, 3>;
 PointShape point_shape(const Member& member, double s);
+PointShape point_shape(const Shape& shape, const Vec3& direction);
 
 // A 6-vector at the end of a beam as along / twist scalars and two vectors across: for displacements v and
 // phi = theta x d, for wrenches the force across and moment x d, which is what does work on phi.
