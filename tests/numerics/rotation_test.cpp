@@ -31,5 +31,15 @@ TEST(RotationTangent, TellsHowTheRotationTurnsWhenItsVectorGrows) {
   }
 }
 
+TEST(RotationTangentGrowth, IsTheDerivativeOfTheTransposedTangent) {
+  const Vec3 force(1.3, -0.4, 0.9);
+  for (const double angle : {0.0, 1e-6, 0.09, 0.11, 0.8, 2.5}) {
+    const Vec3 vector = angle * Vec3(-0.4, 0.3, 1).normalized(), growth = 1e-5 * Vec3(0.6, -1, 0.2);
+    const Vec3 difference =
+        (rotation_tangent(vector + growth) - rotation_tangent(vector - growth)).transpose() * force;
+    EXPECT_LT((0.5 * difference - rotation_tangent_growth(vector, force) * growth).norm(), 1e-14) << angle;
+  }
+}
+
 }  // namespace
 }  // namespace tremula

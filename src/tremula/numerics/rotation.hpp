@@ -58,4 +58,20 @@ inline Mat3 rotation_tangent(const Vec3& v) {
   return Mat3::Identity() + c.cosine * cross + c.rest * cross * cross;
 }
 
+// How rotation_tangent(v)^T w grows with v.
+inline Mat3 rotation_tangent_growth(const Vec3& v, const Vec3& w) {
+  const double square = v.squaredNorm();
+  const rotation_detail::Coefficients c(square);
+  // The gradients of cosine and rest are these times v.
+  const bool small = square < 1e-2;
+  const double cosine_growth =
+      small ? -1.0 / 12 + square / 180 * (1 - square * 3 / 112) : (c.sine - 2 * c.cosine) / square;
+  const double rest_growth =
+      small ? -1.0 / 60 + square / 1260 * (1 - square / 48) : (c.cosine - 3 * c.rest) / square;
+  const Vec3 once = v.cross(w), twice = v.cross(once);
+  return c.cosine * cross_matrix(w) +
+         c.rest * (v.dot(w) * Mat3::Identity() + v * w.transpose() - 2 * w * v.transpose()) +
+         (rest_growth * twice - cosine_growth * once) * v.transpose();
+}
+
 }  // namespace tremula

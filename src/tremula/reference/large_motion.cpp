@@ -15,7 +15,7 @@ namespace tremula {
 namespace {
 
 using Vec12 = Eigen::Matrix<double, 12, 1>;
-using Mat12 = EndGrowth;
+using Mat12 = Eigen::Matrix<double, 12, 12>;
 
 void check_not_below_0(const char* what, double value) {
   if (!std::isfinite(value) || value < 0) throw InputError(what, std::to_string(value), "0 or more");
@@ -124,7 +124,9 @@ class Outside {
       if (surroundings_.wind) wind += surroundings_.wind(site, time, point.position);
       const Drag drag = drag_at(place, point.frame * member.direction, wind);
       forces += shape * drag.force;
-      damping += shape * (drag.per_velocity * shape.transpose());
+      // Lazy, because Eigen would take its product of large matrices for this one.
+      const Eigen::Matrix<double, 3, 12> per_end = drag.per_velocity * shape.transpose();
+      damping.noalias() += shape.lazyProduct(per_end);
       loads.start_turning += place.shape.deflection[0] * drag.turning;
       loads.end_turning += place.shape.deflection[2] * drag.turning;
       ++site;
@@ -371,7 +373,7 @@ class LargeMotion {
     EndLoads result = end_loads(mass * (outside_.gravity() - acceleration - drag * velocity));
     Mat12 damping = drag * mass;
     outside_.add_drag(k, branch, time, velocity, result, damping);
-    Mat12 growth = -scheme_.acceleration_slope() * mass - scheme_.velocity_slope() * damping;
+    EndGrowth growth = -scheme_.acceleration_slope() * mass - scheme_.velocity_slope() * damping;
     growth.middleCols<3>(3) *= increment_per_turn(start_increment);
     growth.rightCols<3>() *= increment_per_turn(end_increment);
     result.growth = growth;

@@ -61,7 +61,8 @@ struct LargeMotionState {
   Eigen::VectorXd strains;       // (6N)
   Eigen::VectorXd velocity;      // (6N) of the nodes, angular velocities behind; world axes [m/s, rad/s]
   std::vector<BentBranch> bent;  // (N)
-  Wrenches wrenches;             // with inertia: what the ground really carries
+  Wrenches wrenches;             // with inertia: what the ground really carries, to the first order in the
+                                 // step at step 0
   int iterations = 0;            // of Newton's method in this step
 };
 

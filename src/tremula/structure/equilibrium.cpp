@@ -31,16 +31,17 @@ StrainMotion strain_motion(const Member& member, const BentBranch& branch, const
           branch.start_frame * rotation_tangent(rotation)};
 }
 
-// How the force on the strain of a branch grows with the strain, the wrench held: symmetric to first order,
-// and left out beyond. Blocks for translation and rotation.
+// How the force on the strain of a branch grows with the strain, the wrench held. Blocks for translation and
+// rotation.
 struct OwnGrowth {
   Mat3 translation, rotation;
 };
 OwnGrowth own_growth(const Member& member, const BentBranch& branch, const Vec3& translation,
-                     const Vec3& force, const Vec3& moment) {
+                     const Vec3& rotation, const Vec3& force, const Vec3& moment) {
   const Vec3& d = member.direction;
   const double length = member.beam.length;
-  const Mat3 tangent = rotation_tangent(d.cross(translation) / length), cross_d = cross_matrix(d);
+  const Vec3 turned = d.cross(translation) / length;
+  const Mat3 tangent = rotation_tangent(turned), cross_d = cross_matrix(d);
   const Vec3 along = branch.start_frame.transpose() * (branch.chord_frame * d);
   const Vec3 reach = branch.start_frame.transpose() * (branch.end - branch.start);
   const Vec3 own_force = branch.start_frame.transpose() * force;
@@ -48,9 +49,9 @@ OwnGrowth own_growth(const Member& member, const BentBranch& branch, const Vec3&
   const Mat3 turn = tangent * cross_d / length;
   const Mat3 reach_growth = along * d.transpose() - cross_matrix(reach) * turn;
   const Mat3 moment_growth = -tangent.transpose() * cross_matrix(own_force) * reach_growth +
-                             0.5 * cross_matrix(reach.cross(own_force)) * cross_d / length;
+                             rotation_tangent_growth(turned, reach.cross(own_force)) * cross_d / length;
   return {d * along.cross(own_force).transpose() * turn - cross_d * moment_growth / length,
-          0.5 * cross_matrix(own_moment)};
+          rotation_tangent_growth(rotation, own_moment)};
 }
 
 // What hangs on a node: its wrench, and the change of that with the motion of the node, constant + stiffness
@@ -136,7 +137,7 @@ double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBran
     motion.topLeftCorner<3, 3>() = moves.translation;
     motion.bottomRightCorner<3, 3>() = moves.rotation;
     const Mat6 carry = rigid_carry(reach), to_strain = compliance[index_of(k)] * motion.transpose();
-    const OwnGrowth own = own_growth(member, branch, strain.head<3>(), force, moment);
+    const OwnGrowth own = own_growth(member, branch, strain.head<3>(), strain.tail<3>(), force, moment);
     Mat6 growth = to_strain * end.stiffness * motion;
     growth.leftCols<3>() += compliance[index_of(k)].leftCols<3>() * own.translation;
     growth.rightCols<3>() += compliance[index_of(k)].rightCols<3>() * own.rotation;
