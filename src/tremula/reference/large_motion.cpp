@@ -145,7 +145,7 @@ class Outside {
   }
 
   const BeamTree& tree_;
-  const WeightAndDrag& surroundings_;
+  WeightAndDrag surroundings_;
   std::vector<std::vector<Place>> places_;
   std::vector<std::size_t> first_site_{};
   Vec12 gravity_;

@@ -30,8 +30,8 @@ namespace tremula {
 using WindAtSite = std::function<Vec3(std::size_t site, double time, const Vec3& position)>;
 
 // What acts on a tree from outside. With v the wind relative to the site, the force is 1/2 rho C A |v_n| v_n
-// at four Gauss points of every branch, v_n across its axis there; and 1/2 rho C(|v|) A |v| v on
-// leaves, at the point of the axis that carries them.
+// at four Gauss points of every branch, v_n across its axis there; and 1/2 rho C(|v|) A |v| v on leaves, at
+// the point of the axis that carries them.
 struct WeightAndDrag {
   Vec3 gravity = {0, 0, -9.81};  // [m/s^2], of all of BeamTree::masses
   double fluid_density = 1.2;    // [kg/m^3]; 0: no drag
@@ -42,12 +42,12 @@ struct WeightAndDrag {
 };
 
 // The same on a tree that stands still at a time [s]: where the motion comes to rest in a steady wind. Keeps
-// references to both. Throws InputError for leaves that no branch carries, and densities or coefficients
+// a reference to the tree. Throws InputError for leaves that no branch carries, and densities or coefficients
 // below 0.
 BranchLoads loads_at_rest(const BeamTree& tree, const WeightAndDrag& surroundings, double time = 0);
 
-// Rayleigh's damping, mass M + stiffness K: drag on the velocity of the nodes, as from still air, and
-// stress in proportion to the rate of the strains (Kelvin-Voigt). A mode of omega has the damping ratio
+// Rayleigh's damping, mass M + stiffness K: a force against the velocity, in proportion to mass, and stress
+// in proportion to the rate of the strains (Kelvin-Voigt). A mode of omega has the damping ratio
 // (mass/omega + stiffness omega)/2.
 struct RayleighDamping {
   double mass = 0;       // [1/s]
@@ -76,7 +76,9 @@ struct LargeMotionSettings {
   Eigen::VectorXd at_rest = {};   // as EquilibriumOptions::at_rest
   Eigen::VectorXd strains = {};   // to start with (6N); empty: the shape at rest
   Eigen::VectorXd velocity = {};  // of the nodes, to start with (6N); empty: still
-  double tolerance = 1e-9;        // as EquilibriumOptions::tolerance
+  // As EquilibriumOptions::tolerance. The shorter the steps, the larger must it be: forces of inertia are
+  // differences of places over the square of the step, and rounding tells.
+  double tolerance = 1e-9;
 };
 
 // Is told every state, that at step 0 too.
