@@ -68,7 +68,9 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
   }
   if (!superposed) return lines;
   // Bent, a branch is stretched; twisted, only its skin is: then the rotation alone tells.
-  const double lean = statistics.largest_lean_rotation, rms = statistics.about_lean.rotation;
+  // The lean itself is bent where rotations are large.
+  const bool bends = subject.structure.tree && weather.lean.rotations == Rotations::large;
+  const double lean = bends ? 0 : statistics.largest_lean_rotation, rms = statistics.about_lean.rotation;
   if (statistics.largest_stretch > 0.05) {
     lines.push_back(
         print("small displacements superposed stretch branch %d by up to %.0f %%; try a lower wind speed or "
@@ -78,7 +80,7 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
     lines.push_back(
         print("the wind turns branches by %.2g rad and sways them by %.2g rad rms: too far for small "
               "displacements, so stretching may show; try less wind or stiffer wood",
-              lean, rms));
+              statistics.largest_lean_rotation, rms));
   }
   return lines;
 }

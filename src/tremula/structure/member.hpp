@@ -40,6 +40,9 @@ using PointShape = Eigen::Matrix<double, 12, 3>;
 PointShape point_shape(const Member& member, double s);
 PointShape point_shape(const Shape& shape, const Vec3& direction);
 
+// The rotation of the cross section at s is the transpose of this times the same displacements.
+PointShape turn_shape(const Member& member, double s);
+
 // A 6-vector at the end of a beam as along / twist scalars and two vectors across: for displacements v and
 // phi = theta x d, for wrenches the force across and moment x d, which is what does work on phi.
 struct Split {
