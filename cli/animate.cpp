@@ -424,7 +424,8 @@ Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, cons
     return bake(*plant.frame, options, progress);
   }
   const Skeleton& skeleton = plant.imported.skeleton;
-  Subject subject = bake(skeleton, options, progress);
+  Subject subject =
+      with_likely_reason(skeleton, options.structure, [&] { return bake(skeleton, options, progress); });
   warnings.add(plausibility(skeleton, options.structure, subject.modes.frequency[0]));
   return subject;
 }

@@ -247,7 +247,9 @@ FrameOptions StructureFlags::frame_options(const std::string& input) const {
 
 Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input) {
   if (plant.frame) return tremula::assemble(*plant.frame, flags.frame_options(input));
-  return tremula::assemble(plant.imported.skeleton, flags.options());
+  const Skeleton& skeleton = plant.imported.skeleton;
+  const StructureOptions options = flags.options();
+  return with_likely_reason(skeleton, options, [&] { return tremula::assemble(skeleton, options); });
 }
 
 std::vector<bool> trunk_of(const Plant& plant) {

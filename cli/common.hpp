@@ -1,8 +1,10 @@
 // What the subcommands share: opening plants, materials by flag, progress, and what was done as JSON.
 #pragma once
 
+#include "tremula/base/error.hpp"
 #include "tremula/io/skeleton_files.hpp"
 #include "tremula/pipeline.hpp"
+#include "tremula/structure/plausibility.hpp"
 
 #include <map>
 #include <optional>
@@ -69,6 +71,17 @@ struct StructureFlags {
   FrameOptions frame_options(const std::string& input) const;
 };
 Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input);
+// A plant in the wrong unit may be refused because it could not stand: then what no plant has, and the unit
+// that was likely meant, is said before the error.
+template <class Make>
+auto with_likely_reason(const Skeleton& skeleton, const StructureOptions& options, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError&) {
+    print_warnings(plausibility(skeleton, options));
+    throw;
+  }
+}
 // Which members are trunk.
 std::vector<bool> trunk_of(const Plant& plant);
 // The margin is that of the structure made of these.

@@ -178,20 +178,14 @@ Found ModesCommand::find(const Plant& plant, const StructureOptions& options, St
   const double solve = watch.lap() - modes.check_seconds;
   log.begin("quality");
   ModeQuality quality = assess_modes(assembled, modes, trunk_of(plant));
-  const double assessed = watch.lap();
-  log.begin("load margin");
   const LoadMargin load_margin = assembled.find_load_margin();
-  const double margin_found = watch.lap();
+  const double assessed = watch.lap();
   log.begin("plot");
   std::string picture = plot.empty() ? "" : plot_modes(assembled, modes, quality, {.title = plant.name});
   log.finish();
   std::vector<std::string> warnings;
   if (!plant.frame) warnings = plausibility(plant.imported.skeleton, options, modes.frequency[0]);
-  Json seconds = {{"setup", setup},
-                  {"solve", solve},
-                  {"check", modes.check_seconds},
-                  {"quality", assessed},
-                  {"load_margin", margin_found}};
+  Json seconds = {{"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
   return {plant,
           std::move(modes),
           std::move(quality),

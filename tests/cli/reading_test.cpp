@@ -1,6 +1,7 @@
 // What people's files give from the command line: the frequency of the tree in them, or the message.
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -65,7 +66,7 @@ TEST(Reading, GivesEachCaseItsFrequencyOrItsMessage) {
   for (const Case& c : cases) {
     const std::string path = std::filesystem::absolute(test::data_folder() / "cases" / c.file).string();
     const Outcome outcome =
-        run(folder, "modes '" + path + "' --count 1 --format json " + std::string(c.flags));
+        run(folder, "modes '" + path + "' --count 1 --gravity 0 --format json " + std::string(c.flags));
     EXPECT_EQ(outcome.code, c.frequency == 0 ? 2 : 0) << c.file << ": " << outcome.messages;
     if (c.frequency > 0) {
       EXPECT_NEAR(first_frequency(outcome), c.frequency, 1e-4 * c.frequency) << c.file;
@@ -113,10 +114,23 @@ TEST(Reading, FlagsOfTreeFilesAreRefusedWithWhatIsNone) {
 TEST(Reading, WarnsOfAModulusInGigapascals) {
   const TemporaryFolder folder;
   write(folder, "m.swc", in_metres);
-  const Outcome outcome = run(folder, "modes m.swc --count 1 --youngs-modulus 9.5");
-  EXPECT_EQ(outcome.code, 0);
-  EXPECT_NE(outcome.messages.find("9.5 GPa is --youngs-modulus 9.5e+09"), std::string::npos)
-      << outcome.messages;
+  for (const auto& [flags, code] : {std::pair{"--gravity 0", 0}, std::pair{"", 2}}) {
+    const Outcome outcome = run(folder, "modes m.swc --count 1 --youngs-modulus 9.5 " + std::string(flags));
+    EXPECT_EQ(outcome.code, code);
+    EXPECT_NE(outcome.messages.find("9.5 GPa is --youngs-modulus 9.5e+09"), std::string::npos)
+        << outcome.messages;
+  }
+}
+
+// In millimetres taken for metres a plant is too large to stand; what it says first is why.
+TEST(Reading, APlantThatIsTooLargeToStandIsToldItsUnit) {
+  const TemporaryFolder folder;
+  write(folder, "mm.swc", in_millimetres);
+  for (const std::string command : {"modes mm.swc --count 1", "animate mm.swc -o a.csv --period 2"}) {
+    const Outcome outcome = run(folder, command);
+    EXPECT_EQ(outcome.code, 2) << command;
+    EXPECT_LT(outcome.messages.find("--unit mm"), outcome.messages.find("buckles")) << outcome.messages;
+  }
 }
 
 TEST(Reading, AGrownPlantComesBackFromItsFileAsItWas) {
