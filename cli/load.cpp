@@ -117,8 +117,8 @@ std::optional<double> speed_at(const std::vector<LoadRow>& rows, double limit,
 }
 
 struct Limits {
-  double modulus_of_rupture = 0;                   // Pa
-  std::optional<double> breaks_at, root_turns_at;  // m/s
+  double modulus_of_rupture = 0;                             // Pa
+  std::optional<double> breaks_at = {}, root_turns_at = {};  // m/s
 };
 
 std::string as_table(const std::vector<LoadRow>& rows, const Limits& limits, const LoadCommand& command,

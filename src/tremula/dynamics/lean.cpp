@@ -32,14 +32,30 @@ Eigen::VectorXd shares_of_wind(const Sites& sites, const Eigen::Matrix3Xd& place
 
 constexpr int most_rounds = 20;
 
-// Less wind folds fewer leaves, which leave less of it: half of each change settles that. True where nothing
-// changes any more.
-bool settle(const Eigen::VectorXd& left, int round, Eigen::VectorXd& share) {
-  constexpr double settled = 1e-4;  // of the wind
-  const Eigen::VectorXd change = left - share;
-  share += (round == 0 ? 1 : 0.5) * change;
-  return change.cwiseAbs().maxCoeff() < settled;
-}
+// (S) What shelter leaves of the wind, found in rounds: less wind folds fewer leaves, which leave less of it.
+// The two last rounds tell where the next would make no difference (Anderson 1965, J. ACM 12, with a memory
+// of one).
+struct Shares {
+  Eigen::VectorXd now, last = {}, last_change = {};
+
+  // True where nothing changes any more.
+  bool settle(const Eigen::VectorXd& left) {
+    constexpr double settled = 1e-4;  // of the wind
+    const Eigen::VectorXd change = left - now;
+    double back = 0;  // of the way to the last
+    if (last.size() > 0) {
+      const Eigen::VectorXd differs = change - last_change;
+      const double size = differs.squaredNorm();
+      if (size > 0) back = std::clamp(change.dot(differs) / size, -0.5, 1.0);
+    }
+    Eigen::VectorXd next = now + change;
+    if (back != 0) next += back * (last + last_change - next);
+    last = std::move(now);
+    last_change = change;
+    now = next.cwiseMax(0).cwiseMin(1);
+    return change.cwiseAbs().maxCoeff() < settled;
+  }
+};
 
 // Where each site is on members that stand straight.
 Eigen::Matrix3Xd places_of(const Structure& structure, const Sites& sites) {
@@ -56,12 +72,11 @@ Lean small_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   Lean lean{.displacement = {}, .structure = structure, .sites = structure.find_sites(), .loads = {}};
   const std::vector<GustStatistics> at_points = wind_of_points(wind, lean.sites.points);
   const Eigen::Matrix3Xd places = places_of(structure, lean.sites);
-  Eigen::VectorXd share = Eigen::VectorXd::Ones(places.cols());
+  Shares share{Eigen::VectorXd::Ones(places.cols())};
   for (int round = 0; round < most_rounds; ++round) {
-    if (settle(shares_of_wind(lean.sites, places, at_points, law, options.shelter, share), round, share))
-      break;
+    if (share.settle(shares_of_wind(lean.sites, places, at_points, law, options.shelter, share.now))) break;
   }
-  lean.loads = find_loads(lean.sites, at_points, law, share);
+  lean.loads = find_loads(lean.sites, at_points, law, share.now);
   lean.displacement = structure.flexibility(mean_force(lean.sites, lean.loads));
   return lean;
 }
@@ -152,27 +167,27 @@ std::vector<PointForce> drag_of_sites(const Lean& lean) {
 // which leave less of it: half of each change settles that in a few rounds.
 Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& law,
                 const LeanOptions& options) {
-  constexpr double settled = 1e-6;  // of the size of the tree
+  constexpr double settled = 1e-5;  // of the size of the tree
   const BeamTree& tree = *structure.tree;
   const Sites sites = structure.find_sites();
   const DragOnBranches drag(tree, sites, wind, law);
-  Eigen::VectorXd share = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(sites.sites.size()));
+  Shares share{Eigen::VectorXd::Ones(static_cast<Eigen::Index>(sites.sites.size()))};
   const bool heavy = !structure.weight.per_volume.empty();
   const DeadLoadsOnBranches weight(
       tree, heavy ? structure.weight : DeadLoads{std::vector<Vec3>(tree.parent.size(), Vec3::Zero()), {}});
   const BranchLoads loads = [&](int k, const BentBranch& branch) {
-    EndLoads load = drag.on(k, branch, share);
+    EndLoads load = drag.on(k, branch, share.now);
     weight.add_to(k, branch, load);
     return load;
   };
   const Eigen::VectorXd straight = Eigen::VectorXd::Zero(tree.size());
   std::vector<BentBranch> bent = bend(tree, straight);
-  EquilibriumOptions search;
+  EquilibriumOptions search{.tolerance = 1e-8};
   if (heavy) search.at_rest = weight_at_rest(tree, weight, bent);
   const double size = size_of(bent);
   Equilibrium rest;
   for (int round = 0; round < most_rounds; ++round) {
-    const bool calm = settle(drag.shares(bent, options.shelter, share), round, share);
+    const bool calm = share.settle(drag.shares(bent, options.shelter, share.now));
     rest = find_equilibrium(tree, loads, search);
     const double moved = farthest(rest.bent, bent);
     search.start = rest.strains;
@@ -185,7 +200,7 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
             .loads = {},
             .strains = std::move(rest.strains),
             .wrenches = std::move(rest.wrenches)};
-  lean.loads = find_loads(lean.sites, wind_of_points(wind, lean.sites.points), law, share);
+  lean.loads = find_loads(lean.sites, wind_of_points(wind, lean.sites.points), law, share.now);
   lean.structure = bent_structure(structure, bent, drag_of_sites(lean));
   return lean;
 }

@@ -117,6 +117,7 @@ class Outside {
     const Vec3 direction = branch.chord_frame * member.direction;
     std::size_t site = first_site_[index_of(k)];
     Vec12 forces = Vec12::Zero();
+    EndGrowth growth = EndGrowth::Zero();
     for (const Place& place : places_[index_of(k)]) {
       const PointShape shape = point_shape(place.shape, direction);
       const BentPoint point = point_on(member, branch, place.s);
@@ -127,10 +128,11 @@ class Outside {
       // Lazy, because Eigen would take its product of large matrices for this one.
       const Eigen::Matrix<double, 3, 12> per_end = drag.per_velocity * shape.transpose();
       damping.noalias() += shape.lazyProduct(per_end);
-      loads.start_turning += place.shape.deflection[0] * drag.turning;
-      loads.end_turning += place.shape.deflection[2] * drag.turning;
+      const Eigen::Matrix<double, 12, 3> on_ends = shape * drag.turning;
+      growth.noalias() += on_ends.lazyProduct(turn_shape(place.shape, direction).transpose());
       ++site;
     }
+    loads.growth = growth;
     loads.start_force += forces.head<3>();
     loads.start_moment += forces.segment<3>(3);
     loads.end_force += forces.segment<3>(6);
@@ -376,7 +378,7 @@ class LargeMotion {
     EndGrowth growth = -scheme_.acceleration_slope() * mass - scheme_.velocity_slope() * damping;
     growth.middleCols<3>(3) *= increment_per_turn(start_increment);
     growth.rightCols<3>() *= increment_per_turn(end_increment);
-    result.growth = growth;
+    result.growth = growth + result.growth.value_or(EndGrowth::Zero());
     return result;
   }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include <tbb/parallel_for.h>
 #include <Eigen/LU>
 
 namespace tremula {
@@ -79,8 +80,8 @@ struct Solver {
   const BranchLoads& loads;
   const EquilibriumOptions& options;
   std::vector<Mat6> compliance{};
-  std::vector<double> mass{}, inertia{};  // of each node [kg, kg m^2]
 
+  std::vector<EndLoads> loads_now{};
   std::vector<Hung> hung{};
   std::vector<Answer> answers{};
 
@@ -89,14 +90,13 @@ struct Solver {
     for (int k = 0; k < tree.branch_count(); ++k) {
       const Member& member = tree.members[index_of(k)];
       compliance.push_back(compliance_block(tree.compliances[index_of(k)], member.direction));
-      mass.push_back(tree.masses[index_of(k)].axial.sum());
-      inertia.push_back(mass.back() * member.beam.length * member.beam.length);
     }
     answers.resize(tree.parent.size());
   }
 
+  void find_loads(const std::vector<BentBranch>& bent);
   // From the tips to the roots: the error of the strains [rad, deflection by length], and what each branch
-  // answers. syrup: stiffness of the nodes beside that of the tree [1/s^2], times their masses.
+  // answers. syrup: how much more than it gives way each branch resists to give way further, in one step.
   double gather(const Eigen::VectorXd& strains, const std::vector<BentBranch>& bent, double syrup);
   // From the roots to the tips: the step of the strains, and the farthest that it turns any node [rad].
   struct Step {
@@ -106,20 +106,28 @@ struct Solver {
   Step follow(const Eigen::VectorXd& strains, const std::vector<BentBranch>& bent) const;
 };
 
+void Solver::find_loads(const std::vector<BentBranch>& bent) {
+  constexpr int together = 32;
+  loads_now.resize(tree.parent.size());
+  const int count = tree.branch_count();
+  tbb::parallel_for(0, (count + together - 1) / together, [&](int part) {
+    for (int k = part * together; k < std::min(count, (part + 1) * together); ++k)
+      loads_now[index_of(k)] = loads(k, bent[index_of(k)]);
+  });
+}
+
 double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBranch>& bent, double syrup) {
   hung.assign(tree.parent.size(), Hung{});
+  find_loads(bent);
   double largest_error = 0;
   for (int k = tree.branch_count() - 1; k >= 0; --k) {
     const Member& member = tree.members[index_of(k)];
     const BentBranch& branch = bent[index_of(k)];
-    const EndLoads load = loads(k, branch);
+    const EndLoads& load = loads_now[index_of(k)];
     Hung& end = hung[index_of(k)];
     end.wrench.head<3>() += load.end_force;
     end.wrench.tail<3>() += load.end_moment;
-    end.stiffness.topRightCorner<3, 3>() += load.end_turning;
     if (load.growth) end.stiffness += load.growth->bottomRightCorner<6, 6>();
-    end.stiffness.diagonal().head<3>().array() -= syrup * mass[index_of(k)];
-    end.stiffness.diagonal().tail<3>().array() -= syrup * inertia[index_of(k)];
 
     const Vec6 strain = strains.segment<6>(6 * k);
     const Vec3 force = end.wrench.head<3>(), moment = end.wrench.tail<3>(), reach = branch.end - branch.start;
@@ -145,9 +153,10 @@ double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBran
     at_start.topRightCorner<3, 3>() += cross_matrix(force);
     at_start.bottomRightCorner<3, 3>() += cross_matrix(moment);
     if (load.growth) at_start += load.growth->bottomLeftCorner<6, 6>();
+    const Mat6 thick = (1 + syrup) * Mat6::Identity();
     SixBySeven right;
     right << error + to_strain * end.constant, to_strain * at_start;
-    const SixBySeven solved = (Mat6::Identity() - growth).partialPivLu().solve(right);
+    const SixBySeven solved = (thick - growth).partialPivLu().solve(right);
     Answer& answer = answers[index_of(k)];
     answer.step = solved.col(0);
     answer.follow = solved.rightCols<6>();
@@ -164,7 +173,6 @@ double Solver::gather(const Eigen::VectorXd& strains, const std::vector<BentBran
     Vec6 wrench = carry.transpose() * end.wrench;
     wrench.head<3>() += load.start_force;
     wrench.tail<3>() += load.start_moment;
-    stiffness.topRightCorner<3, 3>() += load.start_turning;
     if (load.growth) {
       stiffness += load.growth->topLeftCorner<6, 6>();
       stiffness.noalias() += carry.transpose() * load.growth->bottomLeftCorner<6, 6>();
@@ -226,8 +234,11 @@ void add_force(const Member& member, const BentBranch& branch, double s, const V
                const Mat3& turning, EndLoads& loads) {
   const Shape shape = shape_at(member.beam, s);
   share(member, branch, shape.axial, shape.deflection, force, loads);
-  loads.start_turning += shape.deflection[0] * turning;
-  loads.end_turning += shape.deflection[2] * turning;
+  if (turning.isZero(0)) return;
+  if (!loads.growth) loads.growth = EndGrowth::Zero();
+  const Vec3 direction = branch.chord_frame * member.direction;
+  const Eigen::Matrix<double, 12, 3> on_ends = point_shape(shape, direction) * turning;
+  loads.growth->noalias() += on_ends * turn_shape(shape, direction).transpose();
 }
 
 DeadLoadsOnBranches::DeadLoadsOnBranches(const BeamTree& tree, const DeadLoads& loads)
@@ -310,30 +321,31 @@ Equilibrium find_equilibrium(const BeamTree& tree, const BranchLoads& loads,
     check_equal("rows of the forces at rest", options.at_rest.size(), tree.size());
   if (options.start.size() > 0)
     check_equal("rows of the strains to start with", options.start.size(), tree.size());
-  constexpr double longest_step = 0.5, thin_syrup = 1e-3, thick_syrup = 1e30;  // [rad], [1/s^2]
+  constexpr double longest_step = 0.5, thinnest = 0.01, first = 1, thickest = 1e12;  // [rad], 1
   Solver solver(tree, loads, options);
   const Eigen::VectorXd start =
       options.start.size() > 0 ? options.start : Eigen::VectorXd(Eigen::VectorXd::Zero(tree.size()));
   Equilibrium rest{start, bend(tree, start), {}, 0};
-  double syrup = 0;
+  double syrup = 0, too_thin = 0;
   for (;; ++rest.steps) {
     const double error = solver.gather(rest.strains, rest.bent, syrup);
     if (error < options.tolerance) break;
-    if (rest.steps == options.most_steps || !(error < 1e100) || syrup > thick_syrup) {
+    if (rest.steps == options.most_steps || !(error < 1e100) || syrup > thickest) {
       throw Error("equilibrium: the plant does not come to rest: after " + std::to_string(rest.steps) +
                   " steps the angles of branches are still " + std::to_string(error) +
                   " rad off; choose less wind, stiffer wood or thicker twigs");
     }
     const auto [step, turn] = solver.follow(rest.strains, rest.bent);
     // A step that turns a node far may end in a shape where the tree could rest but never would: through
-    // syrup it sinks the way it really would. That is thinned while the tree sinks slowly, and gone at the
-    // end.
+    // syrup it sinks the way it really would. That is as thin as lets it sink, and gone at the end.
     if (!(turn < longest_step)) {
-      syrup = std::max(10 * syrup, thin_syrup);
+      too_thin = syrup;
+      syrup = std::max(4 * syrup, first);
       continue;
     }
-    syrup = turn > 0.25 * longest_step ? syrup / 2 : syrup / 10;
-    if (syrup < thin_syrup) syrup = 0;
+    syrup = std::max(syrup * std::clamp(1.5 * turn / longest_step, 0.1, 2.0), 1.2 * too_thin);
+    too_thin *= 0.5;
+    if (syrup < thinnest) syrup = 0;
     rest.strains += step;
     rest.bent = bend(tree, rest.strains);
   }

@@ -21,18 +21,17 @@ namespace tremula {
 using EndGrowth = Eigen::Matrix<double, 12, 12>;
 
 // What loads a branch, as forces [N] and moments [N m] at the start of its beam and at its end; world axes.
-// turning: how the force grows when the branch turns [N/rad]; it speeds the search up and changes no result.
 struct EndLoads {
   Vec3 start_force = Vec3::Zero(), start_moment = Vec3::Zero();
   Vec3 end_force = Vec3::Zero(), end_moment = Vec3::Zero();
-  Mat3 start_turning = Mat3::Zero(), end_turning = Mat3::Zero();
-  // How all twelve (force and moment at the start, then at the end) grow beside that when the start and the
-  // end move, start first: springs, and what inertia and drag are in one step of time. Likewise.
+  // How all twelve (force and moment at the start, then at the end) grow when the start and the end move and
+  // turn, start first: drag that turns, springs, and what inertia is in one step of time. It speeds the
+  // search up and changes no result.
   std::optional<EndGrowth> growth = {};
 };
 
-// Adds a force on the axis at s, and how it grows when the branch turns, shared by the ends as the shape
-// functions of the straight beam share it (point_shape).
+// Adds a force on the axis at s, and how it grows when the section there turns [N/rad], shared by the ends as
+// the shape functions of the straight beam share it (point_shape, turn_shape).
 void add_force(const Member& member, const BentBranch& branch, double s, const Vec3& force,
                const Mat3& turning, EndLoads& loads);
 
@@ -55,7 +54,7 @@ class DeadLoadsOnBranches {
   std::vector<Shared> forces_;
 };
 
-// The loads on branch k as it stands. Called once for each branch and step; not by several threads.
+// The loads on branch k as it stands. Called once for each branch and step; by several threads.
 using BranchLoads = std::function<EndLoads(int k, const BentBranch& branch)>;
 
 // Force and moment on the end of every branch, about it, of all that loads the branch there and beyond (6N)

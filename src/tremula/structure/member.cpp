@@ -48,10 +48,12 @@ PointShape point_shape(const Shape& shape, const Vec3& direction) {
   return forces;
 }
 
-// The slope of the deflection v is theta x d, so theta is the twist along d and d x slope.
 PointShape turn_shape(const Member& member, double s) {
-  const Shape shape = shape_at(member.beam, s);
-  const Vec3& direction = member.direction;
+  return turn_shape(shape_at(member.beam, s), member.direction);
+}
+
+// The slope of the deflection v is theta x d, so theta is the twist along d and d x slope.
+PointShape turn_shape(const Shape& shape, const Vec3& direction) {
   const Mat3 along = direction * direction.transpose();
   const Mat3 across = Mat3::Identity() - along, cross = cross_matrix(direction);
   PointShape turning;

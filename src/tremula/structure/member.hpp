@@ -42,6 +42,7 @@ PointShape point_shape(const Shape& shape, const Vec3& direction);
 
 // The rotation of the cross section at s is the transpose of this times the same displacements.
 PointShape turn_shape(const Member& member, double s);
+PointShape turn_shape(const Shape& shape, const Vec3& direction);
 
 // A 6-vector at the end of a beam as along / twist scalars and two vectors across: for displacements v and
 // phi = theta x d, for wrenches the force across and moment x d, which is what does work on phi.

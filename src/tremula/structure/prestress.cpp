@@ -205,7 +205,28 @@ std::vector<GeometricStiffness> geometric_stiffness(const BeamTree& tree, const 
   return result;
 }
 
-bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree) {
+namespace {
+
+// Takes the loads from a branch and all that it carries. How many these are.
+int unload(int branch, BeamTree& tree) {
+  std::vector<bool> carried(tree.parent.size(), false);
+  int count = 0;
+  for (int k = branch; k < tree.branch_count(); ++k) {
+    const int parent = tree.parent[index_of(k)];
+    carried[index_of(k)] = k == branch || (parent >= 0 && carried[index_of(parent)]);
+    if (!carried[index_of(k)]) continue;
+    ++count;
+    tree.geometric[index_of(k)] = {};
+    LoadedBranch& loaded = tree.loaded[index_of(k)];
+    loaded.root = compliance_root(tree.compliances[index_of(k)], tree.members[index_of(k)].direction);
+    loaded.carry << -cross_matrix(tree.reach[index_of(k)]), Mat3::Identity();
+  }
+  return count;
+}
+
+}  // namespace
+
+bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree, double given_up) {
   check_equal("branches with a geometric stiffness", static_cast<std::ptrdiff_t>(geometric.size()),
               tree.branch_count());
   tree.geometric = std::move(geometric);
@@ -220,7 +241,10 @@ bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree) {
     coupling.rightCols<3>() += hung[k];
     const Mat6 root = compliance_root(tree.compliances[k], tree.members[k].direction);
     const Eigen::LLT<Mat6> pivot(Mat6::Identity() + root.transpose() * end * root);
-    if (pivot.info() != Eigen::Success) return false;
+    if (pivot.info() != Eigen::Success) {
+      if (static_cast<double>(unload(i, tree)) > given_up * tree.branch_count()) return false;
+      continue;
+    }
     const SixByThree half = pivot.matrixL().solve(root.transpose() * coupling.transpose());
     // S P^-1 S^T = T^T T with T = L^-1 S^T; its triangular factor is found without squaring T.
     const Mat6 stretched = pivot.matrixL().solve(root.transpose());

@@ -50,6 +50,8 @@ std::vector<GeometricStiffness> geometric_stiffness(const BeamTree& tree, const 
 BeamTree under_load(BeamTree tree, const DeadLoads& loads);
 
 // The same from what geometric_stiffness gives. False, and the tree not fit for use, where it cannot stand.
-bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree);
+// given_up: what share of the branches may be freed of their loads instead, a twig that gives way with all
+// that it carries.
+bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree, double given_up = 0);
 
 }  // namespace tremula

@@ -170,7 +170,10 @@ Structure bent_structure(const Structure& structure, const std::vector<BentBranc
   DeadLoads loads = structure.weight;
   loads.per_volume.resize(standing.parent.size(), Vec3::Zero());
   loads.points.insert(loads.points.end(), forces.begin(), forces.end());
-  if (!take_load(geometric_stiffness(standing, loads), standing)) {
+  // Bent by more than a right angle, a twig is no straight beam between its ends; it may look as if it
+  // buckled.
+  constexpr double twigs = 0.02;
+  if (!take_load(geometric_stiffness(standing, loads), standing, twigs)) {
     throw Error("lean: the plant as it stands in the wind buckles; choose less wind or stiffer wood");
   }
   std::vector<Node> nodes = structure.nodes;
