@@ -45,6 +45,11 @@ struct Plant {
     return box.high.z() - box.low.z();
   }
 
+  // As morph targets play it: superposed on the bent lean.
+  SurfaceDelta pose(double time) const {
+    return make_loop(subject.structure, surface, motion, facts, Poses::linear).skin_at(time);
+  }
+
   MorphTargets morphs(MorphForm form) const {
     return make_morph_targets(make_loop(subject.structure, surface, motion, facts), form);
   }
@@ -100,8 +105,7 @@ Errors errors_of(const Glb& glb) {
   const std::vector<double> rest = glb.document["meshes"][0]["weights"];
   const std::vector<double> at_rest = leaf_angles(glb, play(glb, 1, rest));
   for (const double time : {0.0, 3.21, 8.05, 13.3333, 20.0}) {
-    const Eigen::VectorXd u = displacement_at(p.motion, time);
-    const SurfaceDelta delta = deform_surface(p.subject.structure, p.surface, u);
+    const SurfaceDelta delta = p.pose(time);
     const std::vector<double> weights = weights_at(glb, time);
     for (const std::size_t part : {0U, 1U}) {
       const std::vector<double> branch = glb.numbers(glb.primitive(part)["attributes"]["_BRANCH"]);
@@ -130,8 +134,7 @@ double largest_turn() {
   const Plant& p = plant();
   double largest = 0;
   for (const double time : {0.0, 3.21, 8.05, 13.3333, 20.0}) {
-    const SurfaceDelta delta =
-        deform_surface(p.subject.structure, p.surface, displacement_at(p.motion, time));
+    const SurfaceDelta delta = p.pose(time);
     for (const Vector3f& turn : delta.normal) largest = std::max<double>(largest, turn.norm());
   }
   return largest;

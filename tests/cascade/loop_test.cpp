@@ -137,6 +137,8 @@ TEST(Loop, OfFewModesLeansIntoASlowGustAsFarAsAllModesDo) {
     slow.static_correction = correction;
     slow.damping.aerodynamic = false;  // all modes are many: keep them apart
     slow.transfer = Transfer::sampled;
+    slow.lean =
+        test::small_and_free;  // what drag that turns adds to the stiffness, static shapes know nothing of
     const Subject subject = bake(skeleton, {.modes = {.count = modes}});
     const Motion motion = set_in_motion(subject, slow);
     double sum = 0;
@@ -204,6 +206,7 @@ TEST(Advice, WarnsOfPlantsThatSmallDisplacementsStretch) {
     Weather conditions;
     conditions.wind = turbulent_wind({.speed = speed}, 0.2);
     conditions.loop = {20, 120};
+    conditions.lean = test::small_and_free;
     const Motion motion = set_in_motion(subject, conditions);
     const MotionStatistics statistics = motion_statistics(subject.structure, motion);
     EXPECT_NEAR(statistics.largest_stretch, stretch_of_frames(skeleton, subject.structure, motion), 1e-9);
