@@ -309,5 +309,22 @@ TEST(UnderLoad, MoreThanAPlantCanStandUnderIsRefused) {
   EXPECT_THROW(under_load(tree, weight(stem, heavy)), InputError);
 }
 
+// A twig that cannot bear its load is freed of it, and the rest stands as if it had none.
+TEST(TakeLoad, FreesATwigThatGivesWayWhereThatIsAllowed) {
+  Skeleton skeleton = test::straight_stem(10, 3, 0.1, 0.08);
+  skeleton.branches.push_back(test::make_branch(10, {0, 0, 3}, {0, 0, 3.4}, 0.001, 0.001));
+  skeleton.branches.push_back(test::make_branch(11, {0, 0, 3.4}, {0, 0, 3.8}, 0.001, 0.001));
+  const BeamTree tree = assemble_tree(skeleton, {});
+  DeadLoads loads{std::vector<Vec3>(tree.parent.size(), Vec3(0, 0, -8000)), {{11, 1.0, Vec3(0, 0, -20)}}};
+  BeamTree stands = tree;
+  EXPECT_FALSE(take_load(geometric_stiffness(tree, loads), stands));
+  ASSERT_TRUE(take_load(geometric_stiffness(tree, loads), stands, 0.2));
+  const Eigen::VectorXd force = test::random_vector(tree.size(), 3);
+  const Eigen::VectorXd moved = solve_static(stands, force);
+  EXPECT_LT((apply_stiffness(stands, moved) - force).norm(), 1e-6 * force.norm());
+  EXPECT_TRUE(stands.geometric.back().relative.isZero(0));
+  EXPECT_FALSE(stands.geometric.front().relative.isZero(0));
+}
+
 }  // namespace
 }  // namespace tremula

@@ -207,6 +207,12 @@ std::vector<GeometricStiffness> geometric_stiffness(const BeamTree& tree, const 
 
 namespace {
 
+// The lower triangle R with R R^T = T^T T, found without squaring T.
+Mat6 lower_root(const Mat6& t) {
+  const Mat6 upper = Eigen::HouseholderQR<Mat6>(t).matrixQR();
+  return upper.transpose().triangularView<Eigen::Lower>();
+}
+
 // Takes the loads from a branch and all that it carries. How many these are.
 int unload(int branch, BeamTree& tree) {
   std::vector<bool> carried(tree.parent.size(), false);
@@ -218,7 +224,8 @@ int unload(int branch, BeamTree& tree) {
     ++count;
     tree.geometric[index_of(k)] = {};
     LoadedBranch& loaded = tree.loaded[index_of(k)];
-    loaded.root = compliance_root(tree.compliances[index_of(k)], tree.members[index_of(k)].direction);
+    loaded.root = lower_root(
+        compliance_root(tree.compliances[index_of(k)], tree.members[index_of(k)].direction).transpose());
     loaded.carry << -cross_matrix(tree.reach[index_of(k)]), Mat3::Identity();
   }
   return count;
@@ -246,10 +253,8 @@ bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree, double
       continue;
     }
     const SixByThree half = pivot.matrixL().solve(root.transpose() * coupling.transpose());
-    // S P^-1 S^T = T^T T with T = L^-1 S^T; its triangular factor is found without squaring T.
-    const Mat6 stretched = pivot.matrixL().solve(root.transpose());
-    const Mat6 upper = Eigen::HouseholderQR<Mat6>(stretched).matrixQR();
-    tree.loaded[k].root = upper.transpose().triangularView<Eigen::Lower>();
+    const Mat6 stretched = pivot.matrixL().solve(root.transpose());  // S P^-1 S^T = T^T T with T = L^-1 S^T
+    tree.loaded[k].root = lower_root(stretched);
     tree.loaded[k].carry = -stretched.transpose() * half;
     tree.loaded[k].carry.topRows<3>() -= cross_matrix(tree.reach[k]);
     tree.loaded[k].carry.bottomRows<3>() += Mat3::Identity();
