@@ -29,6 +29,13 @@ struct LoadRow {
   double drag_exponent;                  // d ln drag/d ln speed, between this row and its neighbours
 };
 
+// What the plant can bear, and the wind that asks it of it.
+struct Limits {
+  double calm_moment = 0;         // that the weight of an uneven crown brings along the wind [N m]
+  double modulus_of_rupture = 0;  // Pa
+  std::optional<double> breaks_at = {}, root_turns_at = {};  // m/s
+};
+
 struct LoadCommand {
   std::string input, speeds = "5:40:5", format, output = "-";
   double period = 60, duration = 600, damping_ratio = Damping{}.ratio;
@@ -41,6 +48,8 @@ struct LoadCommand {
   ThreadsFlag threads;
 
   Weather weather(double speed) const;
+  Limits limits_of(const std::vector<LoadRow>& rows, const Material& material) const;
+  Subject bake_plant(const Plant& plant, const StructureOptions& options, StageLog& log) const;
   void run(const CLI::App& flags) const;
 };
 
@@ -116,11 +125,6 @@ std::optional<double> speed_at(const std::vector<LoadRow>& rows, double limit,
   return {};
 }
 
-struct Limits {
-  double modulus_of_rupture = 0;                             // Pa
-  std::optional<double> breaks_at = {}, root_turns_at = {};  // m/s
-};
-
 std::string as_table(const std::vector<LoadRow>& rows, const Limits& limits, const LoadCommand& command,
                      double youngs_modulus) {
   std::string text =
@@ -131,7 +135,8 @@ std::string as_table(const std::vector<LoadRow>& rows, const Limits& limits, con
                     row.base_moment.mean, row.base_moment.rms, row.base_moment.expected_peak, row.lean,
                     row.drag_exponent, 1e-6 * youngs_modulus * row.surface_strain.expected_peak);
   }
-  text += printed("peaks are those of %g s (Davenport)\n", command.duration);
+  text += printed("peaks are those of %g s (Davenport); of the moments %.5g N m are there in calm air\n",
+                  command.duration, limits.calm_moment);
   if (limits.modulus_of_rupture == 0) {
     text += "no modulus of rupture is known\n";
   } else if (limits.breaks_at) {
@@ -181,12 +186,59 @@ Json as_json(const std::vector<LoadRow>& rows, const Limits& limits, const LoadC
   const auto number = [](const std::optional<double>& value) { return value ? Json(*value) : Json(); };
   return {{"rows", list},
           {"peaks_of_s", command.duration},
+          {"base_moment_in_calm_n_m", limits.calm_moment},
           {"modulus_of_rupture_pa", limits.modulus_of_rupture},
           {"breaks_at_m_s", number(limits.breaks_at)},
           {"root_moment_capacity_n_m", number(command.root_moment_capacity)},
           {"root_turns_at_m_s", number(limits.root_turns_at)},
           {"settings", describe(command.loads)},
           {"warnings", warnings}};
+}
+
+// The moment at the foot along the wind, over the loop.
+GaugeSeries base_of(const Motion& motion, const Weather& weather) {
+  return gauge_series(motion.readings.front(), motion, weather.wind.reference.heading);
+}
+
+// That without wind: the weight of a crown that is not even.
+double moment_in_calm_air(const Subject& subject, Weather weather) {
+  const double heading = weather.wind.reference.heading;
+  weather.wind = turbulent_wind({.speed = 0, .heading = heading}, 0.2);
+  weather.loop = {1, 1};
+  return base_of(set_in_motion(subject, weather), weather).along_wind.mean();
+}
+
+LoadRow row_of(const Subject& subject, const Weather& weather, double duration) {
+  const Motion motion = set_in_motion(subject, weather);
+  const GaugeSeries series = base_of(motion, weather);
+  const double heading = weather.wind.reference.heading * std::numbers::pi / 180;
+  return {weather.wind.reference.speed,
+          motion.mean_drag.dot(Vec3(std::cos(heading), std::sin(heading), 0)),
+          extremes_of(series.along_wind, motion.period, duration),
+          extremes_of(series.strain, motion.period, duration),
+          motion_statistics(subject.structure, motion).largest_lean,
+          0};
+}
+
+Limits LoadCommand::limits_of(const std::vector<LoadRow>& rows, const Material& material) const {
+  Limits limits{.modulus_of_rupture = modulus_of_rupture.value_or(material.modulus_of_rupture)};
+  if (limits.modulus_of_rupture > 0) {
+    limits.breaks_at = speed_at(rows, limits.modulus_of_rupture, [&](const LoadRow& row) {
+      return material.youngs_modulus * row.surface_strain.expected_peak;
+    });
+  }
+  if (root_moment_capacity) {
+    limits.root_turns_at = speed_at(rows, *root_moment_capacity,
+                                    [](const LoadRow& row) { return row.base_moment.expected_peak; });
+  }
+  return limits;
+}
+
+Subject LoadCommand::bake_plant(const Plant& plant, const StructureOptions& options, StageLog& log) const {
+  const int most = 6 * plant.imported.skeleton.branch_count();
+  const int count = mode_count < 0 || mode_count > most ? all_modes : mode_count;
+  return bake(plant.imported.skeleton, {.structure = options, .modes = {.count = count}},
+              [&](std::string_view stage, double done) { log.progress(stage, done); });
 }
 
 void LoadCommand::run(const CLI::App& flags) const {
@@ -197,7 +249,8 @@ void LoadCommand::run(const CLI::App& flags) const {
                 {{"txt", "a table"}, {"json", "with everything"}, {"csv", "a row a speed"}}, 0);
   Outputs outputs({{"-o", output}},
                   {{"INPUT", input}, {"--spectrum", wind.spectrum}, {"--profile", wind.profile}});
-  for (const double speed : all_speeds) weather(speed);  // what is wrong with the flags is said first
+  std::vector<Weather> conditions;  // what is wrong with the flags is said first
+  for (const double speed : all_speeds) conditions.push_back(weather(speed));
   StageLog log;
   log.begin("read");
   const Plant plant = open_plant(input, read);
@@ -205,46 +258,27 @@ void LoadCommand::run(const CLI::App& flags) const {
   print_warnings(plant);
   need_tree(plant, "load");
   const StructureOptions options = structure.options();
-  const int rows_of_plant = 6 * plant.imported.skeleton.branch_count();
-  const Subject subject =
-      bake(plant.imported.skeleton,
-           {.structure = options,
-            .modes = {.count = mode_count < 0 || mode_count > rows_of_plant ? all_modes : mode_count}},
-           [&](std::string_view stage, double done) { log.progress(stage, done); });
+  const Subject subject = bake_plant(plant, options, log);
   std::vector<std::string> warnings =
       plausibility(plant.imported.skeleton, options, subject.modes.frequency[0]);
-  const Gauge base = place_gauge(plant.imported.skeleton, "base");
 
+  const Gauge base = place_gauge(plant.imported.skeleton, "base");
   std::vector<LoadRow> rows;
-  for (std::size_t i = 0; i < all_speeds.size(); ++i) {
-    Weather conditions = weather(all_speeds[i]);
-    conditions.gauges = {base};
-    const Motion motion = set_in_motion(subject, conditions);
-    const double heading = conditions.wind.reference.heading * std::numbers::pi / 180;
-    const GaugeSeries series =
-        gauge_series(motion.readings.front(), motion, conditions.wind.reference.heading);
-    rows.push_back({all_speeds[i], motion.mean_drag.dot(Vec3(std::cos(heading), std::sin(heading), 0)),
-                    extremes_of(series.along_wind, motion.period, duration),
-                    extremes_of(series.strain, motion.period, duration),
-                    motion_statistics(subject.structure, motion).largest_lean, 0});
-    log.progress("wind speeds", static_cast<double>(i + 1) / static_cast<double>(all_speeds.size()));
+  for (Weather& each : conditions) {
+    each.gauges = {base};
+    rows.push_back(row_of(subject, each, duration));
+    log.progress("wind speeds", static_cast<double>(rows.size()) / static_cast<double>(conditions.size()));
   }
   log.finish();
   find_exponents(rows);
-  const double youngs_modulus = options.material.youngs_modulus;
-  Limits limits{.modulus_of_rupture = modulus_of_rupture.value_or(options.material.modulus_of_rupture)};
-  if (limits.modulus_of_rupture == 0)
+  Limits limits = limits_of(rows, options.material);
+  limits.calm_moment = moment_in_calm_air(subject, conditions.front());
+  if (limits.modulus_of_rupture == 0) {
     warnings.push_back("the modulus of rupture of " + options.material.name +
-                       " is not known: --modulus-of-rupture");
-  if (limits.modulus_of_rupture > 0)
-    limits.breaks_at = speed_at(rows, limits.modulus_of_rupture, [&](const LoadRow& row) {
-      return youngs_modulus * row.surface_strain.expected_peak;
-    });
-  if (root_moment_capacity) {
-    limits.root_turns_at = speed_at(rows, *root_moment_capacity,
-                                    [](const LoadRow& row) { return row.base_moment.expected_peak; });
+                       " is not known: give --modulus-of-rupture");
   }
   print_warnings(warnings);
+  const double youngs_modulus = options.material.youngs_modulus;
   outputs.add(output, form == 1   ? text_of(as_json(rows, limits, *this, youngs_modulus, warnings))
                       : form == 2 ? as_csv(rows, youngs_modulus)
                                   : as_table(rows, limits, *this, youngs_modulus));
