@@ -240,6 +240,7 @@ bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree, double
   tree.loaded.assign(tree.parent.size(), {});
   // What hangs on the end of each branch resists its rotation alone: nothing heeds a translation.
   std::vector<Mat3> hung(tree.parent.size(), Mat3::Zero());
+  int freed = 0;
   for (int i = tree.branch_count() - 1; i >= 0; --i) {
     const std::size_t k = index_of(i);
     Mat6 end = tree.geometric[k].relative;
@@ -249,7 +250,9 @@ bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree, double
     const Mat6 root = compliance_root(tree.compliances[k], tree.members[k].direction);
     const Eigen::LLT<Mat6> pivot(Mat6::Identity() + root.transpose() * end * root);
     if (pivot.info() != Eigen::Success) {
-      if (static_cast<double>(unload(i, tree)) > given_up * tree.branch_count()) return false;
+      if (given_up == 0) return false;
+      freed += unload(i, tree);
+      if (freed > given_up * tree.branch_count()) return false;
       continue;
     }
     const SixByThree half = pivot.matrixL().solve(root.transpose() * coupling.transpose());
