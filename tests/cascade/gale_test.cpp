@@ -13,9 +13,7 @@
 namespace tremula {
 namespace {
 
-Skeleton preset(const std::string& name) {
-  return grow(parse_lsystem(find_preset(name).text, name)).skeleton;
-}
+Skeleton grown(const std::string& name) { return grow(parse_lsystem(find_preset(name).text, name)).skeleton; }
 
 Wind constant_wind(double speed) {
   return turbulent_wind({.speed = speed, .profile = ProfileKind::constant}, 0.2);
@@ -30,7 +28,7 @@ double drag_on(const Structure& structure, double speed) {
 class InAGale : public testing::TestWithParam<const char*> {};
 
 TEST_P(InAGale, NoBranchGrowsLongerAndNothingSinksIntoTheGround) {
-  const Skeleton skeleton = preset(GetParam());
+  const Skeleton skeleton = grown(GetParam());
   const Subject subject = bake(skeleton, {.modes = {.count = 8}});
   Weather weather;
   weather.wind = constant_wind(30);
@@ -51,23 +49,23 @@ TEST_P(InAGale, NoBranchGrowsLongerAndNothingSinksIntoTheGround) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Presets, InAGale, testing::Values("sapling", "oak", "birch", "willow", "bamboo"),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& preset) { return preset.param; });
 
 class LeafyCrown : public testing::TestWithParam<const char*> {};
 
 TEST_P(LeafyCrown, HasADragThatGrowsWithLessThanTheSquareOfTheWind) {
-  const Structure structure = assemble(preset(GetParam()), {});
+  const Structure structure = assemble(grown(GetParam()), {});
   const double exponent = std::log(drag_on(structure, 20) / drag_on(structure, 6)) / std::log(20.0 / 6);
   EXPECT_GT(exponent, 1.2);
   EXPECT_LT(exponent, 1.9);
 }
 
 INSTANTIATE_TEST_SUITE_P(Presets, LeafyCrown, testing::Values("sapling", "oak", "birch", "willow"),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& preset) { return preset.param; });
 
 // Angelou, Dellwik & Mann 2019, Agric. For. Meteorol.: an open-grown oak, 2 to 3 times.
 TEST(LeafyCrown, OfAnOakBearsTwoToThreeTimesTheDragOfTheBareOne) {
-  Skeleton skeleton = preset("oak");
+  Skeleton skeleton = grown("oak");
   const double in_leaf = drag_on(assemble(skeleton, {}), 6);
   skeleton.leaves.clear();
   const double bare = drag_on(assemble(skeleton, {}), 6);

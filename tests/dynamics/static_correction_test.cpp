@@ -1,5 +1,7 @@
 #include "tremula/dynamics/static_correction.hpp"
 
+#include "tremula/dynamics/loads.hpp"
+
 #include "tremula/modes/solve_modes.hpp"
 
 #include <cmath>

@@ -172,7 +172,7 @@ Structure bent_structure(const Structure& structure, const std::vector<BentBranc
   loads.points.insert(loads.points.end(), forces.begin(), forces.end());
   // Bent by more than a right angle, a twig is no straight beam between its ends; it may look as if it
   // buckled.
-  constexpr double twigs = 0.02;
+  constexpr double twigs = 0.1;
   if (!take_load(geometric_stiffness(standing, loads), standing, twigs)) {
     throw Error("lean: the plant as it stands in the wind buckles; choose less wind or stiffer wood");
   }
