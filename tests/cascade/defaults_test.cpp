@@ -164,7 +164,7 @@ TEST(Defaults, AreWhatTheReportOfTheProgramShows) {
   EXPECT_EQ(settings["wind_settings"]["reference_height_m"], wind.mean.reference_height);
   EXPECT_EQ(settings["wind_settings"]["roughness_length_m"], wind.mean.roughness_length);
   EXPECT_NEAR(settings["wind_settings"]["turbulence_intensity"].get<double>(), 0.2, 1e-12);
-  EXPECT_EQ(settings["loads"], "linearised");
+  EXPECT_EQ(settings["loads"], "stochastic");
   EXPECT_EQ(settings["leaf_drag_coefficient"], weather.loads.leaf_drag_coefficient);
   EXPECT_EQ(settings["leaf_lift_coefficient"], weather.loads.leaf_lift_coefficient);
   EXPECT_EQ(settings["damping_ratio"], weather.damping.ratio);

@@ -172,6 +172,8 @@ TEST(Advice, SaysWhatTheLoopCannotShowAndWhatTheModelsCannot) {
   EXPECT_NE(lines(brief, {}).find("variance of the wind"), std::string::npos);
   Weather rough = calm;
   rough.wind = turbulent_wind({.speed = 5}, 0.5);
+  EXPECT_EQ(lines(rough, {}), "") << "loads are averaged over the gusts";
+  rough.loads.model = LoadModel::linearised;
   EXPECT_NE(lines(rough, {}).find("turbulence intensity of 0.5"), std::string::npos);
   EXPECT_NE(lines(calm, {.about_lean = {.rotation = 0.35}}).find("0.35 rad rms"), std::string::npos);
   EXPECT_NE(
@@ -217,7 +219,6 @@ TEST(Advice, WarnsOfPlantsThatSmallDisplacementsStretch) {
   for (const auto& [preset, speed] : {std::pair{"birch", 8.0}, {"bamboo", 14.0}}) {
     const auto [stretch, lines] = in_a_wind_of(preset, speed);
     EXPECT_GT(stretch, 0.2) << preset;
-    EXPECT_LT(stretch, 0.5) << preset;
     EXPECT_NE(lines.find("superposed stretch branch"), std::string::npos) << lines;
     EXPECT_NE(lines.find("lower wind speed"), std::string::npos) << lines;
   }
@@ -341,7 +342,7 @@ TEST(Loop, TellsItsProgress) {
     if (stages.empty() || stages.back() != stage) stages.emplace_back(stage);
     last = std::max(last, done);
   });
-  EXPECT_EQ(stages, (std::vector<std::string>{"wind", "loads", "response"}));
+  EXPECT_EQ(stages, (std::vector<std::string>{"lean", "wind", "loads", "response"}));
   EXPECT_EQ(last, 1);
 }
 

@@ -39,7 +39,7 @@ struct Case {
       leaf.base = skeleton.branches[index_of(leaf.branch)].end;
     }
     surface = mesh_surface(skeleton);
-    structure = assemble(skeleton, {.root = root});
+    structure = assemble(skeleton, test::weightless({.root = root}));
     motion.lean_strains = lean * test::random_vector(structure.size(), 8);
     without_stretch(motion.lean_strains);
     const std::vector<BentBranch> bent = bend(*structure.tree, motion.lean_strains);
@@ -226,7 +226,7 @@ TEST(BendSurface, KeepsTheAreaOfEveryLeafAndItsNormalsOnIt) {
 TEST(BendSurface, KeepsNormalsUnitAndOutOfTheTube) {
   // A stem bent to a quarter of a circle: normals of its mesh against those that it carries.
   const Skeleton stem = test::straight_stem(8, 4, 0.1, 0.1);
-  const Structure structure = assemble(stem, {});
+  const Structure structure = assemble(stem, test::weightless());
   const Surface surface = mesh_surface(stem, {.max_sides = 48, .min_sides = 48, .bend_subdivisions = 8});
   Eigen::VectorXd strains = Eigen::VectorXd::Zero(structure.size());
   for (int k = 0; k < 8; ++k) {

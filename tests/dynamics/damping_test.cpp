@@ -67,7 +67,8 @@ TEST(AerodynamicDamping, OfALeafIsItsDragAtItsPlace) {
   skeleton.leaves.push_back(leaf);
   const Structure structure = assemble(skeleton, test::weightless());
   const Sites sites = structure.find_sites();
-  const LoadOptions options{.branch_drag_coefficient = 0, .leaf_drag_coefficient = 0.4};
+  const LoadOptions options{
+      .branch_drag_coefficient = 0, .leaf_drag_coefficient = 0.4, .foliage = {.vogel_exponent = 0}};
   const Loads loads = linearise_loads(sites, steady({8, 0, 0}, 2), options);
   const Modes modes = solve_modes(structure, {.count = 4});
   const Eigen::MatrixXd damping = aerodynamic_damping(sites, loads, modes.shapes);

@@ -45,7 +45,7 @@ TEST(ReadGauge, OfACantileverWithAForceAtItsTipIsForceTimesLever) {
   for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e4, .rotation = 2e3}}) {
     for (const double tip_radius : {0.05, 0.02}) {
       const Skeleton stem = test::straight_stem(5, length, 0.05, tip_radius);
-      const Structure structure = assemble(stem, {.root = root});
+      const Structure structure = assemble(stem, test::weightless({.root = root}));
       Eigen::VectorXd load = Eigen::VectorXd::Zero(structure.size());
       load[6 * 4] = force;  // along x
       const Basis basis = basis_of(structure.flexibility(load));
@@ -72,7 +72,7 @@ TEST(ReadGauge, OfACantileverWithAForceAtItsTipIsForceTimesLever) {
 
 TEST(ReadGauge, KnowsPullAndTwistAndBendingToTheLeftOfTheWind) {
   const Skeleton stem = test::straight_stem(3, 3, 0.05, 0.03);
-  const Structure structure = assemble(stem, {});
+  const Structure structure = assemble(stem, test::weightless());
   Eigen::VectorXd load = Eigen::VectorXd::Zero(structure.size());
   load.segment<6>(12) << 0, 7, 11, 0, 0, 5;
   const Basis basis = basis_of(structure.flexibility(load));
@@ -93,7 +93,7 @@ TEST(ReadGauge, KnowsPullAndTwistAndBendingToTheLeftOfTheWind) {
 
 TEST(ReadGauge, OfABranchThatPointsIntoTheWindTellsBendingUpwards) {
   const Skeleton stem = test::straight_stem(2, 2, 0.05, 0.03, Vec3::UnitX());
-  const Structure structure = assemble(stem, {});
+  const Structure structure = assemble(stem, test::weightless());
   Eigen::VectorXd load = Eigen::VectorXd::Zero(structure.size());
   load.segment<3>(6) << 0, 3, 4;
   const Basis basis = basis_of(structure.flexibility(load));
@@ -107,7 +107,7 @@ TEST(ReadGauge, UnderAnEvenLoadMissesTheShareOfTheStartOfItsOwnBranch) {
   const double length = 3, load = 40;
   for (const int pieces : {1, 4, 20}) {
     const Skeleton stem = test::straight_stem(pieces, length, 0.05, 0.05);
-    const Structure structure = assemble(stem, {});
+    const Structure structure = assemble(stem, test::weightless());
     const double piece = length / pieces;
     Eigen::VectorXd force = Eigen::VectorXd::Zero(structure.size());
     for (int k = 0; k < pieces; ++k) force[6 * k] = load * piece;
@@ -124,7 +124,7 @@ TEST(ReadGauge, UnderAnEvenLoadMissesTheShareOfTheStartOfItsOwnBranch) {
 
 TEST(ReadGauge, OnAFrameIsThatOnTheTreeItIs) {
   const Skeleton stem = test::straight_stem(4, 2, 0.04, 0.02, Vec3(0.3, 0.1, 1).normalized());
-  const Structure tree = assemble(stem, {}),
+  const Structure tree = assemble(stem, test::weightless()),
                   frame = assemble(test::frame_of(stem, StructureOptions{}.material));
   const Eigen::VectorXd load = test::random_vector(tree.size(), 4);
   const Gauge gauge{"here", 2, 0.3};
@@ -144,7 +144,7 @@ struct Standing {
 TEST(ReadGauge, SumsUpWhatLoadsABentTreeBeyondTheSection) {
   const Skeleton skeleton = test::awkward_tree();
   for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e5, .rotation = 1e4}}) {
-    Standing standing{{}, assemble(skeleton, {.root = root})};
+    Standing standing{{}, assemble(skeleton, test::weightless({.root = root}))};
     const BeamTree& rest = *standing.structure.tree;
     Eigen::VectorXd strains = 0.4 * test::random_vector(rest.size(), 2);
     for (int k = 0; k < rest.branch_count(); ++k)
@@ -188,7 +188,7 @@ TEST(ReadGauge, SumsUpWhatLoadsABentTreeBeyondTheSection) {
 
 TEST(ReadGauge, AtTheFootOfATreeUnderLoadsAtItsEndsIsWhatTheGroundCarries) {
   const Skeleton stem = test::straight_stem(8, 4, 0.03, 0.01);
-  Standing standing{{}, assemble(stem, {})};
+  Standing standing{{}, assemble(stem, test::weightless())};
   const BeamTree& rest = *standing.structure.tree;
   const Equilibrium found = find_equilibrium(rest, [&](int k, const BentBranch&) {
     EndLoads loads;
@@ -212,7 +212,7 @@ TEST(ReadGauge, AtTheFootOfATreeUnderLoadsAtItsEndsIsWhatTheGroundCarries) {
 
 TEST(ReadGauge, OfALeanWithoutWrenchesIsItsElasticAnswer) {
   const Skeleton stem = test::straight_stem(4, 2, 0.04, 0.02);
-  const Structure structure = assemble(stem, {});
+  const Structure structure = assemble(stem, test::weightless());
   Lean lean = upright(structure);
   lean.displacement = structure.flexibility(test::random_vector(structure.size(), 4));
   const Basis basis = basis_of(lean.displacement);
@@ -263,7 +263,7 @@ TEST(PlaceGauge, RefusesWhatIsNotOnThePlant) {
 }
 
 TEST(ReadGauge, RefusesGaugesAndShapesOfAnotherStructure) {
-  const Structure structure = assemble(test::straight_stem(3, 3, 0.05, 0.03), {});
+  const Structure structure = assemble(test::straight_stem(3, 3, 0.05, 0.03), test::weightless());
   const Basis basis = basis_of(Eigen::VectorXd::Zero(18));
   const Lean lean = upright(structure);
   EXPECT_NO_THROW(read_gauge(lean, basis, {"", 2, 1}));

@@ -37,7 +37,7 @@ struct SmallMode {
   Eigen::VectorXd displacement;
 };
 SmallMode lowest_mode(const Skeleton& skeleton) {
-  const Modes modes = solve_modes(assemble(skeleton, {}), {.count = 1});
+  const Modes modes = solve_modes(assemble(skeleton, test::weightless()), {.count = 1});
   const Eigen::VectorXd shape = modes.shapes.col(0);
   return {modes.frequency[0], 1e-4 / shape.tail<6>().head<3>().norm() * shape};
 }
@@ -111,7 +111,7 @@ TEST(IntegrateLargeMotion, LosesToTheWindWhatTheLinearDampingOfTheWindTakes) {
   Skeleton skeleton = stem();
   skeleton.leaves.push_back(
       {.branch = 5, .position = 0.7, .length = 0.1, .width = 0.1, .area = 0.02, .mass = 0.005});
-  const Structure structure = assemble(skeleton, {});
+  const Structure structure = assemble(skeleton, test::weightless());
   const SmallMode mode = lowest_mode(skeleton);
   const Sites sites = structure.find_sites();
   const Vec3 wind = mode.displacement.tail<6>().head<3>().normalized() * 0.5;
@@ -147,7 +147,7 @@ TEST(IntegrateLargeMotion, UnderASmallStepLoadIsNewmarksOfTheLinearStructure) {
   for (Branch& branch : skeleton.branches) branch.start_radius *= 0.2, branch.end_radius *= 0.2;
   const BeamTree tree = assemble_tree(skeleton, {});
   const SparseMatrices matrices = assemble_sparse(tree);
-  const double frequency = solve_modes(assemble(skeleton, {}), {.count = 1}).frequency[0];
+  const double frequency = solve_modes(assemble(skeleton, test::weightless()), {.count = 1}).frequency[0];
   const RayleighDamping damping = rayleigh_damping(0.05, frequency, 5 * frequency);
   const Eigen::SparseMatrix<double> dampers =
       damping.mass * matrices.mass + damping.stiffness * matrices.stiffness;

@@ -36,10 +36,11 @@ export const plants = smallPlants();
 
 export const settings = {period: 20, fps: 10};
 
-// Runs `tremula animate` with options over the usual ones; returns the paths of what it wrote, by extension.
+// Runs `tremula animate` with options over the usual ones; returns the paths of what it wrote, by extension. Poses are
+// linear, as the page and engines blend shapes.
 export function animate({name, input, wind}, extensions, options = {}) {
   const paths = Object.fromEntries(extensions.map((extension) => [extension, join(folder, `${name}.${extension}`)]));
-  const flags = Object.entries({'wind-speed': wind, modes: 20, seed: 1, ...settings, ...options})
+  const flags = Object.entries({'wind-speed': wind, modes: 20, seed: 1, pose: 'linear', ...settings, ...options})
                     .flatMap(([flag, value]) => [`--${flag}`, String(value)]);
   const outputs = Object.values(paths).flatMap((path) => ['-o', path]);
   execFileSync(program, ['animate', input, ...flags, ...outputs], {stdio: ['ignore', 'ignore', 'pipe']});

@@ -92,6 +92,20 @@ Vec6 at_section(const Vec6& at_end, const Vec3& arm, const Mat3& axes) {
   return wrench;
 }
 
+// The wrench on the section at s, about it. What loads the branch itself is lumped to its ends; were it even,
+// its force would go by 1 - 2 s and its moment by 6 s^2 - 6 s + 1 of what is missing at the start.
+Vec6 section_wrench(const Wrenches& wrenches, const Member& member, double s) {
+  const Vec6 at_end = wrenches.at_end.segment<6>(member.end_row),
+             at_start = wrenches.at_start.segment<6>(member.end_row);
+  const Vec3 reach = member.beam.length * member.direction, force = at_end.head<3>();
+  const Vec3 force_left = at_start.head<3>() - force;
+  const Vec3 moment_left = at_start.tail<3>() - at_end.tail<3>() - reach.cross(force);
+  Vec6 wrench;
+  wrench << force + (1 - 2 * s) * force_left,
+      at_end.tail<3>() + (1 - s) * reach.cross(force) + (6 * s * s - 6 * s + 1) * moment_left;
+  return wrench;
+}
+
 }  // namespace
 
 Gauge place_gauge(const Skeleton& skeleton, const std::string& text) {
@@ -133,7 +147,7 @@ GaugeReading read_gauge(const Lean& lean, const Basis& basis, const Gauge& gauge
       beam.material.youngs_modulus * beam.inertia_factor * std::pow(reading.radius, 4);
   if (lean.wrenches.at_end.size() > 0) {
     check_equal("rows of the wrenches", lean.wrenches.at_end.size(), lean.structure.size());
-    reading.lean = at_section(lean.wrenches.at_end.segment<6>(member.end_row), arm, reading.axes);
+    reading.lean = at_section(section_wrench(lean.wrenches, member, gauge.place), Vec3::Zero(), reading.axes);
   } else {
     check_equal("rows of the lean", lean.displacement.size(), lean.structure.size());
     reading.lean = at_section(elastic_wrench(member, stiffness, lean.displacement), arm, reading.axes);

@@ -20,12 +20,11 @@ namespace tremula {
 // plant.
 Gauge place_gauge(const Skeleton& skeleton, const std::string& text);
 
-// Of a lean with wrenches its part is what they sum up to beyond the section, but for what loads the gauge's
-// own branch between the section and its end; of others it is the elastic answer to the displacement, as that
-// of the coordinates always is: C^-1 of what the end of the member does against its start, the spring of a
-// soft root being part of C, carried from the end to the section. Loads count as they are lumped to the
-// nodes, and the beam is straight and of its length at rest. Throws InputError for a gauge that is not on the
-// structure, and for a basis that is not of it.
+// Of a lean with wrenches its part is what they sum up to beyond the section, what loads the gauge's own
+// branch taken as even along it; of others it is the elastic answer to the displacement, as that of the
+// coordinates always is: C^-1 of what the end of the member does against its start, the spring of a soft root
+// being part of C, carried from the end to the section. Loads count there as they are lumped to the nodes.
+// Throws InputError for a gauge that is not on the structure, and for a basis that is not of it.
 GaugeReading read_gauge(const Lean& lean, const Basis& basis, const Gauge& gauge);
 
 // What it reads at every sample of the loop. (M) each

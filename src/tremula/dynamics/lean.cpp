@@ -189,19 +189,20 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   for (int round = 0; round < most_rounds; ++round) {
     const bool calm = share.settle(drag.shares(bent, options.shelter, share.now));
     rest = find_equilibrium(tree, loads, search);
-    const double moved = farthest(rest.bent, bent);
+    const double went = farthest(rest.bent, bent);
     search.start = rest.strains;
     bent = rest.bent;
-    if ((calm && moved < settled * size) || !options.shelter.on) break;
+    if ((calm && went < settled * size) || !options.shelter.on) break;
   }
-  Lean lean{.displacement = displacement_of(tree, bent),
+  const bool moved = !rest.strains.isZero(0);  // in calm air all is where it was, to the bit
+  Lean lean{.displacement = moved ? displacement_of(tree, bent) : straight,
             .structure = {},
-            .sites = bent_structure(structure, bent).find_sites(),
+            .sites = moved ? bent_structure(structure, bent).find_sites() : sites,
             .loads = {},
             .strains = std::move(rest.strains),
             .wrenches = std::move(rest.wrenches)};
   lean.loads = find_loads(lean.sites, wind_of_points(wind, lean.sites.points), law, share.now);
-  lean.structure = bent_structure(structure, bent, drag_of_sites(lean));
+  lean.structure = moved ? bent_structure(structure, bent, drag_of_sites(lean)) : structure;
   return lean;
 }
 

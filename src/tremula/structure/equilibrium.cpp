@@ -280,7 +280,7 @@ void DeadLoadsOnBranches::add_to(int k, const BentBranch& branch, EndLoads& load
 
 Wrenches sum_wrenches(const BeamTree& tree, const std::vector<BentBranch>& bent, const BranchLoads& loads) {
   check_equal("bent branches", static_cast<std::ptrdiff_t>(bent.size()), tree.branch_count());
-  Wrenches sum{.at_end = Eigen::VectorXd::Zero(tree.size())};
+  Wrenches sum{.at_end = Eigen::VectorXd::Zero(tree.size()), .at_start = Eigen::VectorXd(tree.size())};
   for (int k = tree.branch_count() - 1; k >= 0; --k) {
     const BentBranch& branch = bent[index_of(k)];
     const EndLoads load = loads(k, branch);
@@ -289,6 +289,7 @@ Wrenches sum_wrenches(const BeamTree& tree, const std::vector<BentBranch>& bent,
     const Vec3 end_force = sum.at_end.segment<3>(6 * k), force = end_force + load.start_force;
     const Vec3 moment =
         sum.at_end.segment<3>(6 * k + 3) + (branch.end - branch.start).cross(end_force) + load.start_moment;
+    sum.at_start.segment<6>(6 * k) << force, moment;
     const int parent = tree.parent[index_of(k)];
     if (parent < 0) {
       sum.ground_force += force;

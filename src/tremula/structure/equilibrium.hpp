@@ -57,10 +57,11 @@ class DeadLoadsOnBranches {
 // The loads on branch k as it stands. Called once for each branch and step; by several threads.
 using BranchLoads = std::function<EndLoads(int k, const BentBranch& branch)>;
 
-// Force and moment on the end of every branch, about it, of all that loads the branch there and beyond (6N)
-// [N, N m]; world axes. And what the ground carries (the sum of what all roots hand down), about the origin.
+// Force and moment on the end of every branch, about it, of all that loads the branch there and beyond, and
+// the same at its start, with what loads it there (6N) [N, N m]; world axes. And what the ground carries (the
+// sum of what all roots hand down), about the origin.
 struct Wrenches {
-  Eigen::VectorXd at_end;
+  Eigen::VectorXd at_end, at_start = {};
   Vec3 ground_force = Vec3::Zero(), ground_moment = Vec3::Zero();
 };
 Wrenches sum_wrenches(const BeamTree& tree, const std::vector<BentBranch>& bent, const BranchLoads& loads);
