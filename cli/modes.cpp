@@ -115,6 +115,7 @@ Json as_json(const Found& found, const StructureOptions& structure) {
   return {{"branches", branches},
           {"dof", modes.shapes.rows()},
           {"structure", plant.frame ? Json() : describe(structure, load_margin)},
+          {"load_margin", std::isfinite(load_margin.factor) ? Json(load_margin.factor) : Json()},
           {"total_mass_kg", quality.total_mass},
           {"modes", list},
           {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},

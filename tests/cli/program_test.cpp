@@ -281,6 +281,7 @@ TEST(Program, APlantSwaysSlowerUnderItsWeightAndSaysHowOftenItCouldCarryIt) {
   EXPECT_LT(first(normal), first(light));
   EXPECT_LT(first(heavy), first(normal));
   EXPECT_EQ(light["structure"]["load_margin"], nullptr);
+  EXPECT_EQ(normal["load_margin"], normal["structure"]["load_margin"]);
   const double margin = normal["structure"]["load_margin"];
   EXPECT_NEAR(margin * 9.81, heavy["structure"]["load_margin"].get<double>() * 30, 1e-6 * margin);
   char wanted[40];
