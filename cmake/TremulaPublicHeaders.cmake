@@ -4,14 +4,16 @@ set(public_headers pipeline)
 set(base_headers error memory types)
 set(numerics_headers lanczos pairwise_filter time_axis)
 set(geometry_headers expression grow lsystem plants skeleton surface)
-set(structure_headers beam beam_tree eigen_problem frame material member plausibility sites structure)
+set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame load_margin material member plausibility
+    prestress sites structure)
 set(modes_headers mode_quality modes solve_modes)
-set(wind_headers coherence field field_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
+set(wind_headers coherence field field_statistics gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     turbulent_wind_at_points)
-set(dynamics_headers basis damping loads motion motion_statistics reconfiguration response static_correction transfer)
-set(deformation_headers loop morph_targets pose)
+set(dynamics_headers basis damping foliage gauge gauge_reading gust_average lean loads motion motion_statistics response shelter
+    static_correction transfer)
+set(deformation_headers bent_pose loop morph_targets pose)
 set(render_headers camera image render)
-set(io_headers atomic_file contact_sheet frame_file gltf html loop_writers mesh_compression modes_plot pose_table
+set(io_headers atomic_file contact_sheet frame_file gauge_table gltf html loop_writers mesh_compression modes_plot pose_table
     profile_table skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot
     wind_targets wind_verdict)
 foreach(folder base numerics geometry structure modes wind dynamics deformation render io)

@@ -156,7 +156,7 @@ TEST(ReadGauge, SumsUpWhatLoadsABentTreeBeyondTheSection) {
     const Basis basis = basis_of(solve_static(standing.tree, load));
     Lean lean = upright(standing.structure);
     lean.strains = strains;
-    lean.wrenches.at_end = Eigen::VectorXd::Zero(rest.size());
+    lean.wrenches.at_end = lean.wrenches.at_start = Eigen::VectorXd::Zero(rest.size());
     for (int k = 0; k < rest.branch_count(); ++k) {
       // By hand: forces and moments of all that hangs on branch k.
       std::vector<bool> beyond(index_of(rest.branch_count()));
@@ -169,7 +169,11 @@ TEST(ReadGauge, SumsUpWhatLoadsABentTreeBeyondTheSection) {
         at_end.head<3>() += load.segment<3>(6 * j);
         at_end.tail<3>() += load.segment<3>(6 * j + 3) + arm.cross(load.segment<3>(6 * j));
       }
+      const Vec3 reach = bent[index_of(k)].end - standing.tree.members[index_of(k)].start;
+      Vec6 at_start = at_end;
+      at_start.tail<3>() += reach.cross(Vec3(at_end.head<3>()));
       lean.wrenches.at_end.segment<6>(6 * k) = at_end;
+      lean.wrenches.at_start.segment<6>(6 * k) = at_start;
       const Gauge gauge{"here", k, 0.25};
       const GaugeReading reading = read_gauge(lean, basis, gauge);
       const Member& member = standing.tree.members[index_of(k)];
@@ -344,6 +348,26 @@ TEST(ExtremesOf, RefuseSeriesAndTimesThatAreNone) {
   EXPECT_THROW(extremes_of(Eigen::Vector2d(1, 2), 0), InputError);
   EXPECT_THROW(extremes_of(Eigen::Vector2d(1, 2), 1, -1), InputError);
   EXPECT_THROW(extremes_of(Eigen::Vector2d(1, 2), 1, std::numeric_limits<double>::infinity()), InputError);
+}
+
+// A load per length that the lean knows of is in the reading wherever the gauge sits.
+TEST(ReadGauge, OfALeanUnderAnEvenLoadIsTheClosedFormAllAlongTheBranch) {
+  const double length = 3, load = 40;
+  const Skeleton stem = test::straight_stem(1, length, 0.2, 0.2);
+  Lean lean = upright(assemble(stem, test::weightless()));
+  const Vec3 force(load * length, 0, 0), half = 0.5 * force;
+  const double fixed = load * length * length / 12;
+  lean.wrenches.at_end = lean.wrenches.at_start = Eigen::VectorXd::Zero(6);
+  lean.wrenches.at_end << half, Vec3(0, -fixed, 0);
+  lean.wrenches.at_start << force, Vec3(0, load * length * length / 2, 0);
+  const Basis basis = basis_of(Eigen::VectorXd::Zero(6));
+  for (const double s : {0.0, 0.2, 0.5, 0.9, 1.0}) {
+    const GaugeReading reading = read_gauge(lean, basis, {"here", 0, s});
+    const Vec3 moment = reading.axes * reading.lean.tail<3>();
+    const double beyond = (1 - s) * length;
+    EXPECT_NEAR(moment.y(), load * beyond * beyond / 2, 1e-9) << s;
+    EXPECT_NEAR((reading.axes * reading.lean.head<3>()).x(), load * beyond, 1e-9) << s;
+  }
 }
 
 }  // namespace

@@ -147,6 +147,7 @@ GaugeReading read_gauge(const Lean& lean, const Basis& basis, const Gauge& gauge
       beam.material.youngs_modulus * beam.inertia_factor * std::pow(reading.radius, 4);
   if (lean.wrenches.at_end.size() > 0) {
     check_equal("rows of the wrenches", lean.wrenches.at_end.size(), lean.structure.size());
+    check_equal("rows of the wrenches at the starts", lean.wrenches.at_start.size(), lean.structure.size());
     reading.lean = at_section(section_wrench(lean.wrenches, member, gauge.place), Vec3::Zero(), reading.axes);
   } else {
     check_equal("rows of the lean", lean.displacement.size(), lean.structure.size());
