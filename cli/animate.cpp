@@ -393,7 +393,7 @@ Surface skin_of(const Plant& plant) {
 
 Plant AnimateCommand::read_plant(StageLog& log) const {
   log.begin("read");
-  Plant plant = open_plant(input, read);
+  Plant plant = under_weight(open_plant(input, read), structure);
   log.finish();
   print_warnings(plant);
   return plant;

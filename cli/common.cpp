@@ -7,6 +7,7 @@
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/frame_file.hpp"
 #include "tremula/modes/mode_quality.hpp"
+#include "tremula/structure/sag.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -203,6 +204,14 @@ void StructureFlags::add_to(CLI::App& command) {
                   "stands sway more slowly and what hangs faster; 0: none")
       ->capture_default_str()
       ->group(group);
+  command
+      .add_option("--shape", shape,
+                  "loaded: the file has the plant as it stands under its weight, as scans and drawings do; "
+                  "unloaded: as "
+                  "it would be without, and weight bends it first")
+      ->check(CLI::IsMember({"loaded", "unloaded"}))
+      ->capture_default_str()
+      ->group(group);
 }
 
 StructureOptions StructureFlags::options() const {
@@ -241,6 +250,7 @@ FrameOptions StructureFlags::frame_options(const std::string& input) const {
   refuse(root_translation_stiffness.has_value(), "--root-translation-stiffness",
          "a tree: a frame is clamped");
   refuse(gravity != none.gravity, "--gravity", "a tree: a frame is taken without its weight");
+  refuse(shape != none.shape, "--shape", "a tree: a frame is taken without its weight");
   return {.section = section == "paper" ? Section::paper : Section::exact,
           .rotatory_inertia = !no_rotatory_inertia};
 }
@@ -250,6 +260,14 @@ Structure assemble(const Plant& plant, const StructureFlags& flags, const std::s
   const Skeleton& skeleton = plant.imported.skeleton;
   const StructureOptions options = flags.options();
   return with_likely_reason(skeleton, options, [&] { return tremula::assemble(skeleton, options); });
+}
+
+Plant under_weight(Plant plant, const StructureFlags& flags) {
+  if (flags.shape == "loaded" || plant.frame) return plant;
+  if (flags.gravity == 0)
+    throw InputError("--shape unloaded", "given with --gravity 0", "a weight that bends the plant");
+  plant.imported.skeleton = sagged(plant.imported.skeleton, flags.options());
+  return plant;
 }
 
 std::vector<bool> trunk_of(const Plant& plant) {

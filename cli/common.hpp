@@ -55,7 +55,7 @@ Json by_component(const Values& values) {
 }
 
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,
-// --root-rotation-stiffness, --root-translation-stiffness, --gravity
+// --root-rotation-stiffness, --root-translation-stiffness, --gravity, --shape
 inline constexpr double water_density = 1000;  // [kg/m^3]
 
 struct StructureFlags {
@@ -63,6 +63,7 @@ struct StructureFlags {
   std::optional<double> youngs_modulus, shear_modulus, density;
   std::optional<double> root_rotation_stiffness, root_translation_stiffness;
   double gravity = StructureOptions{}.gravity;
+  std::string shape = "loaded";
   bool no_rotatory_inertia = false;
 
   void add_to(CLI::App& command);
@@ -71,6 +72,8 @@ struct StructureFlags {
   FrameOptions frame_options(const std::string& input) const;
 };
 Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input);
+// The plant as it stands: bent by its weight where --shape says that the file knows nothing of it.
+Plant under_weight(Plant plant, const StructureFlags& flags);
 // A plant in the wrong unit may be refused because it could not stand: then what no plant has, and the unit
 // that was likely meant, is said before the error.
 template <class Make>

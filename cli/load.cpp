@@ -253,7 +253,7 @@ void LoadCommand::run(const CLI::App& flags) const {
   for (const double speed : all_speeds) conditions.push_back(weather(speed));
   StageLog log;
   log.begin("read");
-  const Plant plant = open_plant(input, read);
+  const Plant plant = under_weight(open_plant(input, read), structure);
   log.finish();
   print_warnings(plant);
   need_tree(plant, "load");

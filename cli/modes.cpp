@@ -203,7 +203,7 @@ void ModesCommand::run(const CLI::App& flags) const {
   Outputs outputs({{"-o", output}, {"--plot", plot}}, {{"INPUT", input}});
   StageLog log;
   log.begin("read");
-  const Plant plant = open_plant(input, read);
+  const Plant plant = under_weight(open_plant(input, read), structure);
   log.finish();
   print_warnings(plant);
   const StructureOptions options = structure.options();

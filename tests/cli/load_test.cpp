@@ -120,5 +120,28 @@ TEST(Gauges, OffThePlantAreRefused) {
   }
 }
 
+TEST(Shape, UnloadedIsBentByItsWeightFirst) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "arm.swc") << "1 1 0 0 1 0.02 -1\n2 1 1 0 1 0.015 1\n3 1 2 0 1 0.01 2\n";
+  const auto lowest = [&](const std::string& flags) {
+    const Outcome outcome =
+        run(folder, "animate arm.swc --wind-speed 0 --period 1 --fps 1 --format csv -o -" + flags);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    std::istringstream rows(outcome.output);
+    std::string row;
+    double z = 1;
+    for (std::getline(rows, row); std::getline(rows, row);) {
+      std::istringstream cells(row);
+      std::string cell;
+      for (int i = 0; i < 6; ++i) std::getline(cells, cell, ',');
+      z = std::min(z, std::stod(cell));
+    }
+    return z;
+  };
+  EXPECT_NEAR(lowest(""), 1, 1e-12);
+  EXPECT_LT(lowest(" --shape unloaded"), 0.99);
+  EXPECT_EQ(run(folder, "modes arm.swc --shape unloaded --gravity 0").code, 2);
+}
+
 }  // namespace
 }  // namespace tremula
