@@ -238,7 +238,8 @@ void add_force(const Member& member, const BentBranch& branch, double s, const V
   if (!loads.growth) loads.growth = EndGrowth::Zero();
   const Vec3 direction = branch.chord_frame * member.direction;
   const Eigen::Matrix<double, 12, 3> on_ends = point_shape(shape, direction) * turning;
-  loads.growth->noalias() += on_ends * turn_shape(shape, direction).transpose();
+  // Lazy, because Eigen would take its product of large matrices for this one.
+  loads.growth->noalias() += on_ends.lazyProduct(turn_shape(shape, direction).transpose());
 }
 
 DeadLoadsOnBranches::DeadLoadsOnBranches(const BeamTree& tree, const DeadLoads& loads)
