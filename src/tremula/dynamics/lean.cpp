@@ -163,8 +163,7 @@ std::vector<PointForce> drag_of_sites(const Lean& lean) {
   return forces;
 }
 
-// In turn, what the crown leaves of the wind and how the tree stands in it. Less wind folds fewer leaves,
-// which leave less of it: half of each change settles that in a few rounds.
+// In turn, what the crown leaves of the wind and how the tree stands in it.
 Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& law,
                 const LeanOptions& options) {
   constexpr double settled = 1e-5;  // of the size of the tree
