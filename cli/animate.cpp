@@ -239,6 +239,10 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
   const IdleFlags rules[] = {
       {writers.empty(), "given without -o", "an output that it shapes", {"--format"}},
       {!table, "given without a table of poses", "-o FILE.csv", {"--frames"}},
+      {!table && report.empty(),
+       "given without a table or a report",
+       "-o FILE.csv or --report FILE.json",
+       {"--gauge"}},
       {!model, "given without a .glb", "-o FILE.glb", {"--morphs", "--compress"}},
       {is_field(), with_wind, "--wind turbulent: a field is taken as it is",
        flags_in_group(flags, wind_group, {"--wind", "--heading"})},

@@ -110,6 +110,14 @@ TEST(Gauges, AreWrittenAsATableAndReported) {
   EXPECT_GT(gauges[0]["along_n_m"]["mean"].get<double>(), gauges[1]["along_n_m"]["mean"].get<double>());
 }
 
+TEST(Gauges, ThatNothingWouldTellAreRefused) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, "animate sapling --gauge base -o a.png");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("--gauge"));
+  EXPECT_EQ(test::file_count(folder), 0U);
+}
+
 TEST(Gauges, OffThePlantAreRefused) {
   const test::TemporaryFolder folder;
   for (const char* gauge : {"stem:1000", "stem:-1", "branch:99999:0.5", "branch:1:2", "crown", ""}) {

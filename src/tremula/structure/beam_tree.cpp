@@ -96,20 +96,6 @@ void apply_root_transposed(const BeamTree& tree, Eigen::VectorXd& vector) {
   });
 }
 
-// e = B u: what each branch's end moves beyond its rigidly carried start.
-Eigen::VectorXd relative_displacement(const BeamTree& tree, const Eigen::VectorXd& displacement) {
-  Eigen::VectorXd relative = displacement;
-  for (int k = 0; k < tree.branch_count(); ++k) {
-    const int parent = tree.parent[index_of(k)];
-    if (parent < 0) continue;
-    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
-    relative.segment<3>(6 * k) -=
-        displacement.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
-    relative.segment<3>(6 * k + 3) -= rotation;
-  }
-  return relative;
-}
-
 // A size or stiffness that no plant has makes numbers whose squares a double does not hold.
 void check_range(const BeamTree& tree, int k) {
   const Compliance& c = tree.compliances[index_of(k)];
@@ -211,9 +197,23 @@ Eigen::VectorXd apply_mass(const BeamTree& tree, const Eigen::VectorXd& displace
   return force;
 }
 
+Eigen::VectorXd strains_of(const BeamTree& tree, const Eigen::VectorXd& displacement) {
+  check_equal("rows of the displacement", displacement.size(), tree.size());
+  Eigen::VectorXd relative = displacement;
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const int parent = tree.parent[index_of(k)];
+    if (parent < 0) continue;
+    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
+    relative.segment<3>(6 * k) -=
+        displacement.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
+    relative.segment<3>(6 * k + 3) -= rotation;
+  }
+  return relative;
+}
+
 Eigen::VectorXd apply_stiffness(const BeamTree& tree, const Eigen::VectorXd& displacement) {
   check_equal("rows of the displacement", displacement.size(), tree.size());
-  const Eigen::VectorXd relative = relative_displacement(tree, displacement);
+  const Eigen::VectorXd relative = strains_of(tree, displacement);
   Eigen::VectorXd wrench = relative;
   for_each_branch_in_place(tree, wrench, [&](std::size_t k, const Split& e) {
     const Compliance& c = tree.compliances[k];

@@ -91,6 +91,10 @@ BeamTree assemble_tree(const Skeleton& skeleton, const StructureOptions& options
 // M u.  (6N) -> (6N)
 Eigen::VectorXd apply_mass(const BeamTree& tree, const Eigen::VectorXd& displacement);
 
+// e = B u: what each branch's end moves beyond its rigidly carried start, its strain while that is small.
+// (6N) -> (6N)
+Eigen::VectorXd strains_of(const BeamTree& tree, const Eigen::VectorXd& displacement);
+
 // K u = B^T C^-1 B u, and what the geometric stiffness adds. For checks: it loses the digits that
 // solve_static keeps.
 Eigen::VectorXd apply_stiffness(const BeamTree& tree, const Eigen::VectorXd& displacement);

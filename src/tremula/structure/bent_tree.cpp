@@ -69,20 +69,6 @@ std::vector<BentBranch> bend(const BeamTree& tree, const Eigen::VectorXd& strain
   return bent;
 }
 
-Eigen::VectorXd strains_of(const BeamTree& tree, const Eigen::VectorXd& displacement) {
-  check_equal("rows of the displacement", displacement.size(), tree.size());
-  Eigen::VectorXd strains = displacement;
-  for (int k = 0; k < tree.branch_count(); ++k) {
-    const int parent = tree.parent[index_of(k)];
-    if (parent < 0) continue;
-    const Vec3 rotation = displacement.segment<3>(6 * parent + 3);
-    strains.segment<3>(6 * k) -=
-        displacement.segment<3>(6 * parent) + rotation.cross(tree.reach[index_of(k)]);
-    strains.segment<3>(6 * k + 3) -= rotation;
-  }
-  return strains;
-}
-
 Eigen::VectorXd strains_about(const BeamTree& tree, const Eigen::VectorXd& strains,
                               const std::vector<BentBranch>& bent, const Eigen::VectorXd& displacement) {
   return strains_about(tree, strain_maps(tree, strains, bent), displacement);

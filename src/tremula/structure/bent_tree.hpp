@@ -26,9 +26,6 @@ struct BentBranch {
 // (N) The whole tree. Throws InputError for strains of another size.
 std::vector<BentBranch> bend(const BeamTree& tree, const Eigen::VectorXd& strains);
 
-// B u: small displacements as strains. (6N) -> (6N)
-Eigen::VectorXd strains_of(const BeamTree& tree, const Eigen::VectorXd& displacement);
-
 // The strains, beyond those of a bent shape, of a small displacement about it: the derivative of bend, solved
 // for the strains. bent: of these strains. (6N) -> (6N)
 Eigen::VectorXd strains_about(const BeamTree& tree, const Eigen::VectorXd& strains,
