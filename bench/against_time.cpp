@@ -1,8 +1,10 @@
 // The loop against the whole nonlinear tree integrated in time, in the same realisation of the wind:
 //   bench_against_time PLANT SPEED…
-// Prints, for every mean wind speed [m/s], means and root mean squares of the tip along the wind, and those
-// of the base moment along it, by the loop and by time integration. The
-// moment is that of the thickest stem and of all the ground: of plants with one stem the same.
+// Prints, for every mean wind speed [m/s], the displacement of the tip along the wind and the moment at the
+// base along it: mean, root mean square and largest value, and the root mean squares of the tip below, around
+// and above its lowest mode (half to twice its frequency); by the loop with linear and with quadratic drag
+// and by time integration. The moment is that of the thickest stem and of all the ground: of plants with one
+// stem the same.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -26,12 +28,23 @@ constexpr double intensity = 0.2, steps_a_second = 100;
 const TimeAxis loop{.period = 20, .sample_count = 600};
 
 struct Moments {
-  double mean = 0, rms = 0;
+  double mean = 0, rms = 0, largest = 0;
 };
 
 Moments moments_of(const Eigen::VectorXd& series) {
   const double mean = series.mean();
-  return {mean, std::sqrt((series.array() - mean).square().mean())};
+  return {mean, std::sqrt((series.array() - mean).square().mean()), series.maxCoeff()};
+}
+
+// Root mean square of what a series over one loop has between two frequencies [Hz].
+double rms_between(const Eigen::VectorXd& series, double low, double high) {
+  const Eigen::VectorXcd spectrum = half_spectra_from_samples(series).col(0);
+  double variance = 0;
+  for (Eigen::Index bin = 1; bin < spectrum.size(); ++bin) {
+    const double frequency = static_cast<double>(bin) / loop.period;
+    if (frequency >= low && frequency < high) variance += 2 * std::norm(spectrum[bin]);
+  }
+  return std::sqrt(variance);
 }
 
 struct Answer {
@@ -129,19 +142,29 @@ int main(int count, char** arguments) {
   }
   const Skeleton skeleton = grow(parse_lsystem(find_preset(arguments[1]).text, arguments[1])).skeleton;
   const Subject subject = bake(skeleton, {.modes = {.count = 40}});
-  std::printf("%s: loop / time integration\n%6s %17s %17s %19s %19s\n", arguments[1], "m/s", "tip mean [m]",
-              "tip rms [m]", "moment mean [N m]", "moment rms [N m]");
+  std::printf("%s\n", arguments[1]);
   for (int i = 2; i < count; ++i) {
-    const double speed = std::atof(arguments[i]);
+    const double speed = std::atof(arguments[i]), frequency = subject.modes.frequency[0];
     Weather weather;
     weather.wind = turbulent_wind({.speed = speed, .profile = ProfileKind::constant}, intensity);
     weather.transfer = Transfer::sampled;
     weather.loop = loop;
-    const Answer fast = by_loop(subject, weather, skeleton), slow = by_time(subject, weather);
-    const Moments tip[] = {moments_of(fast.tip), moments_of(slow.tip)};
-    const Moments moment[] = {moments_of(fast.moment), moments_of(slow.moment)};
-    std::printf("%6.3g %8.3f %8.3f %8.3f %8.3f %9.4g %9.4g %9.4g %9.4g\n", speed, tip[0].mean, tip[1].mean,
-                tip[0].rms, tip[1].rms, moment[0].mean, moment[1].mean, moment[0].rms, moment[1].rms);
+    const Answer linear = by_loop(subject, weather, skeleton), time = by_time(subject, weather);
+    weather.drag = Drag::quadratic;
+    const Answer quadratic = by_loop(subject, weather, skeleton);
+    std::printf("%g m/s %22s %10s %10s\n", speed, "linear", "quadratic", "in time");
+    const auto print = [&](const char* what, auto&& value) {
+      std::printf("  %-18s %10.4g %10.4g %10.4g\n", what, value(linear), value(quadratic), value(time));
+    };
+    print("tip mean [m]", [](const Answer& of) { return moments_of(of.tip).mean; });
+    print("tip rms [m]", [](const Answer& of) { return moments_of(of.tip).rms; });
+    print("tip largest [m]", [](const Answer& of) { return moments_of(of.tip).largest; });
+    print("  rms below mode 1", [&](const Answer& of) { return rms_between(of.tip, 0, frequency / 2); });
+    print("  around", [&](const Answer& of) { return rms_between(of.tip, frequency / 2, 2 * frequency); });
+    print("  above", [&](const Answer& of) { return rms_between(of.tip, 2 * frequency, 1e9); });
+    print("moment mean [N m]", [](const Answer& of) { return moments_of(of.moment).mean; });
+    print("moment rms [N m]", [](const Answer& of) { return moments_of(of.moment).rms; });
+    print("moment max [N m]", [](const Answer& of) { return moments_of(of.moment).largest; });
     std::fflush(stdout);
   }
   return 0;

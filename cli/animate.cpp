@@ -58,6 +58,7 @@ struct Done {
   const Subject& subject;
   const Loop& loop;
   const std::vector<GaugeSeries>& gauges;
+  const Json& most_stressed;
   const MotionStatistics& statistics;
   const std::vector<std::string>& warnings;
 };
@@ -321,6 +322,7 @@ Json describe(const Extremes& of) {
   return {{"mean", of.mean},
           {"rms", of.rms},
           {"peak", of.peak},
+          {"skewness", of.skewness},
           {"peak_factor_of_600_s", of.peak_factor},
           {"expected_peak_of_600_s", of.expected_peak}};
 }
@@ -339,6 +341,24 @@ Json describe(const std::vector<GaugeSeries>& gauges) {
                     {"axial_n", of(series.axial)},
                     {"torsion_n_m", of(series.torsion)},
                     {"strain", of(series.strain)}});
+  }
+  return list;
+}
+
+// Stress at the feet of the branches that bear most, beside what they can bear.
+Json stresses(const Motion& motion, const Skeleton& skeleton, const Material& material, double heading) {
+  Json list = Json::array();
+  for (const GaugeReading& reading : motion.most_strained) {
+    const Eigen::VectorXd stress = material.youngs_modulus * gauge_series(reading, motion, heading).strain;
+    const Extremes extremes = extremes_of(stress, motion.period);
+    const double strength = material.modulus_of_rupture;
+    const Vec3& foot = skeleton.branches[index_of(reading.gauge.branch)].start;
+    list.push_back(
+        {{"branch", reading.gauge.branch},
+         {"foot_m", {foot.x(), foot.y(), foot.z()}},
+         {"radius_m", reading.radius},
+         {"stress_pa", describe(extremes)},
+         {"share_of_modulus_of_rupture", strength > 0 ? Json(extremes.expected_peak / strength) : Json()}});
   }
   return list;
 }
@@ -380,6 +400,7 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
       {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
       {"motion", describe(done.statistics)},
       {"gauges", describe(done.gauges)},
+      {"most_stressed_branches", done.most_stressed},
       {"outputs", outputs},
       {"stages", log.json()},
       {"peak_bytes", peak_bytes()}};
@@ -503,6 +524,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
   const Plant plant = read_plant(log);
   conditions.gauges = placed_gauges(plant);
+  if (!report.empty() && !plant.frame) conditions.most_strained = 10;
   const int modes = modes_of(plant, warnings);
   if (mode_count > modes) options.modes.count = all_modes;
   log.begin("surface");
@@ -521,12 +543,14 @@ void AnimateCommand::run(const CLI::App& flags) const {
   std::vector<GaugeSeries> series;
   for (const GaugeReading& reading : moved.motion.readings)
     series.push_back(gauge_series(reading, moved.motion, conditions.wind.reference.heading));
+  const Json most_stressed = stresses(moved.motion, plant.imported.skeleton, options.structure.material,
+                                      conditions.wind.reference.heading);
   const Loop loop = make_loop(subject.structure, std::move(surface), std::move(moved.motion),
                               loop_facts(plant, conditions.wind.reference));
   encode_outputs(loop, series, writers, write_options, log, files);
   if (!report.empty()) {
-    const Done done{plant,  options.structure, blowing.described, conditions, subject, loop,
-                    series, moved.statistics,  warnings.lines};
+    const Done done{plant,  options.structure, blowing.described, conditions,    subject, loop,
+                    series, most_stressed,     moved.statistics,  warnings.lines};
     files.add(report, text_of(report_of(done, log)));
   }
   files.commit();

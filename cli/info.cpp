@@ -53,12 +53,26 @@ struct InfoCommand {
   void run_on_wind() const;
 };
 
+// Of a tree of the default material; null, and a warning, where that could not stand.
+Json load_margin_of(const Skeleton& skeleton, std::vector<std::string>& warnings) {
+  try {
+    const double factor = assemble(skeleton, StructureOptions{}).find_load_margin().factor;
+    return std::isfinite(factor) ? Json(factor) : Json();
+  } catch (const InputError& error) {
+    warnings.push_back("as " + StructureOptions{}.material.name + ", " + error.what());
+    return {};
+  }
+}
+
 void InfoCommand::run_on_plant() const {
   const Plant plant = open_plant(input, read);
-  const std::vector<std::string> warnings =
-      plant.frame ? std::vector<std::string>{} : plausibility(plant.imported.skeleton, {});
-  print_warnings(warnings);
+  std::vector<std::string> warnings;
   Json json = describe(plant);
+  if (!plant.frame) {
+    warnings = plausibility(plant.imported.skeleton, {});
+    json["load_margin"] = load_margin_of(plant.imported.skeleton, warnings);
+  }
+  print_warnings(warnings);
   json["warnings"] = warnings;
   std::string text = text_of(json);
   if (format == "json") {
@@ -163,7 +177,8 @@ void InfoCommand::run_on_wind() const {
 
 void add_info(CLI::App& app) {
   auto command = std::make_shared<InfoCommand>();
-  CLI::App& sub = *app.add_subcommand("info", "What is in a file: counts, extents, repairs, wind by height");
+  CLI::App& sub =
+      *app.add_subcommand("info", "What is in a file: counts, extents, repairs, load margin, wind by height");
   sub.add_option(
          "FILE", command->input,
          "A tree file, an L-system (.lsys), a frame (.toml), the name of a preset, or a wind field (.bts)")

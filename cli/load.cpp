@@ -27,6 +27,8 @@ struct LoadRow {
   Extremes base_moment, surface_strain;  // N m, 1
   double lean;                           // the farthest that an end stands from rest [m]
   double drag_exponent;                  // d ln drag/d ln speed, between this row and its neighbours
+  int most_strained_branch;              // at its foot
+  Extremes largest_strain;
 };
 
 // What the plant can bear, and the wind that asks it of it.
@@ -179,7 +181,10 @@ Json as_json(const std::vector<LoadRow>& rows, const Limits& limits, const LoadC
                     {"peak_base_moment_n_m", row.base_moment.expected_peak},
                     {"largest_base_moment_of_the_loop_n_m", row.base_moment.peak},
                     {"peak_factor", row.base_moment.peak_factor},
+                    {"skewness_of_base_moment", row.base_moment.skewness},
                     {"peak_stress_pa", youngs_modulus * row.surface_strain.expected_peak},
+                    {"most_stressed_branch", row.most_strained_branch},
+                    {"peak_stress_of_that_branch_pa", youngs_modulus * row.largest_strain.expected_peak},
                     {"lean_m", row.lean},
                     {"drag_exponent", row.drag_exponent}});
   }
@@ -217,7 +222,10 @@ LoadRow row_of(const Subject& subject, const Weather& weather, double duration) 
           extremes_of(series.along_wind, motion.period, duration),
           extremes_of(series.strain, motion.period, duration),
           motion_statistics(subject.structure, motion).largest_lean,
-          0};
+          0,
+          motion.most_strained[0].gauge.branch,
+          extremes_of(gauge_series(motion.most_strained[0], motion, weather.wind.reference.heading).strain,
+                      motion.period, duration)};
 }
 
 Limits LoadCommand::limits_of(const std::vector<LoadRow>& rows, const Material& material) const {
@@ -266,6 +274,7 @@ void LoadCommand::run(const CLI::App& flags) const {
   std::vector<LoadRow> rows;
   for (Weather& each : conditions) {
     each.gauges = {base};
+    each.most_strained = 1;
     rows.push_back(row_of(subject, each, duration));
     log.progress("wind speeds", static_cast<double>(rows.size()) / static_cast<double>(conditions.size()));
   }

@@ -27,6 +27,13 @@ void LoadFlags::add_to(CLI::App& command, const char* group) {
       ->capture_default_str()
       ->group(group);
   command
+      .add_option("--drag", drag,
+                  "linear: that of gusts by its best linear fit; quadratic: as it is at every instant, for "
+                  "true peaks")
+      ->check(CLI::IsMember({"linear", "quadratic"}))
+      ->capture_default_str()
+      ->group(group);
+  command
       .add_option("--pose", pose,
                   "bent: branches lean and sway as far as they do and keep their lengths; linear: small "
                   "displacements superposed, eq. 1 of Stam")
@@ -50,6 +57,7 @@ void LoadFlags::add_to(CLI::App& command, const char* group) {
 void LoadFlags::set(const StructureFlags& structure, Weather& weather) const {
   if (structure.medium == "water") weather.loads.fluid_density = water_density;
   weather.loads.model = models.at(model);
+  weather.drag = drag == "quadratic" ? Drag::quadratic : Drag::linear;
   weather.loads.leaf_drag_coefficient = leaf_drag_coefficient;
   weather.loads.leaf_lift_coefficient = leaf_lift_coefficient;
   weather.loads.foliage = {leaf_vogel_exponent, leaf_folding_speed};
@@ -59,21 +67,22 @@ void LoadFlags::set(const StructureFlags& structure, Weather& weather) const {
 
 void LoadFlags::check(const CLI::App& command) const {
   refuse_idle_flags(
-      command,
-      std::array{IdleFlags{model == "paper",
-                           "given with --loads paper, which has no leaves and no lean",
-                           "--loads stochastic",
-                           {"--leaf-drag-coefficient", "--leaf-lift-coefficient", "--leaf-vogel-exponent",
-                            "--leaf-folding-speed", "--no-shelter", "--shelter-cell", "--pose"}},
-                 IdleFlags{no_shelter, "given with --no-shelter", "one of them", {"--shelter-cell"}},
-                 IdleFlags{leaf_vogel_exponent == 0,
-                           "given with --leaf-vogel-exponent 0",
-                           "an exponent below 0",
-                           {"--leaf-folding-speed"}}});
+      command, std::array{IdleFlags{model == "paper",
+                                    "given with --loads paper, which has no leaves and no lean",
+                                    "--loads stochastic",
+                                    {"--drag", "--leaf-drag-coefficient", "--leaf-lift-coefficient",
+                                     "--leaf-vogel-exponent", "--leaf-folding-speed", "--no-shelter",
+                                     "--shelter-cell", "--pose"}},
+                          IdleFlags{no_shelter, "given with --no-shelter", "one of them", {"--shelter-cell"}},
+                          IdleFlags{leaf_vogel_exponent == 0,
+                                    "given with --leaf-vogel-exponent 0",
+                                    "an exponent below 0",
+                                    {"--leaf-folding-speed"}}});
 }
 
 Json describe(const LoadFlags& flags) {
   return {{"loads", flags.model},
+          {"drag", flags.drag},
           {"pose", flags.pose},
           {"leaf_drag_coefficient", flags.leaf_drag_coefficient},
           {"leaf_lift_coefficient", flags.leaf_lift_coefficient},

@@ -10,9 +10,9 @@
 
 namespace tremula::cli {
 
-// --loads, --pose, --leaf-..., --no-shelter, --shelter-cell
+// --loads, --drag, --pose, --leaf-..., --no-shelter, --shelter-cell
 struct LoadFlags {
-  std::string model = "stochastic", pose = "bent";
+  std::string model = "stochastic", drag = "linear", pose = "bent";
   double leaf_drag_coefficient = LoadOptions{}.leaf_drag_coefficient,
          leaf_lift_coefficient = LoadOptions{}.leaf_lift_coefficient,
          leaf_vogel_exponent = FoliageLaw{}.vogel_exponent, leaf_folding_speed = FoliageLaw{}.folding_speed,

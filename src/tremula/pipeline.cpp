@@ -128,21 +128,31 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
                                 : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
   Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
   const auto moving = basis.columns.rightCols(basis.count() - 1);
-  const Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
-  const ModalSystem system = modal_system(basis, lean, weather.damping);                      // rad/s, 1/s
+  const ModalSystem system = modal_system(basis, lean, weather.damping);  // rad/s, 1/s
 
   tell(progress, "response");
   const BinTransfer transfer(system, weather.loop, wind.has_draws ? weather.transfer : Transfer::sampled,
                              wind.power);
-  const Eigen::MatrixXcd spectra = respond(transfer, participation, weather.loop, wind, [&](double done) {
-    tell(progress, "response", done);
-  });  // m sqrt(kg)
+  const auto response_done = [&](double done) { tell(progress, "response", done); };
+  Eigen::MatrixXcd spectra;  // m sqrt(kg)
+  if (weather.drag == Drag::quadratic) {
+    spectra = respond(transfer, weather.loop,
+                      drag_in_time(lean.sites, lean.loads, weather.loads, moving, transfer, weather.loop,
+                                   wind, response_done));
+  } else {
+    const Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
+    spectra = respond(transfer, participation, weather.loop, wind, response_done);
+  }
   Motion motion = make_motion(std::move(basis), weather.loop, spectra);
   motion.lean_strains = lean.strains;
   motion.mean_drag = mean_drag(lean.loads);
   for (const Gauge& gauge : weather.gauges)
     motion.readings.push_back(read_gauge(lean, motion.basis, gauge));  // N, N m
   check_finite(motion);
+  if (weather.most_strained > 0) {
+    for (const Gauge& gauge : most_strained(lean, motion, weather.most_strained))
+      motion.most_strained.push_back(read_gauge(lean, motion.basis, gauge));
+  }
   return motion;
 }
 

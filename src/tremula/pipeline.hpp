@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tremula/dynamics/damping.hpp"
+#include "tremula/dynamics/drag_in_time.hpp"
 #include "tremula/dynamics/lean.hpp"
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
@@ -42,12 +43,14 @@ struct Weather {
   std::optional<double> ground =
       {};  // heights count from here [m]; not given: from the lowest node that is held
   LoadOptions loads = {};
+  Drag drag = Drag::linear;  // of the gusts about the mean loads
   LeanOptions lean = {};
   Damping damping = {};
   Transfer transfer = Transfer::bin_averaged;
   bool static_correction = true;  // shapes for what the modes left out do
   TimeAxis loop{.period = 20, .sample_count = 600};
   std::vector<Gauge> gauges = {};  // what is read of the motion besides (dynamics/gauge.hpp)
+  int most_strained = 0;           // and of how many branches that are strained most
 };
 
 // Throws InputError for a skeleton or a frame that assemble does not take and for options out of range (see

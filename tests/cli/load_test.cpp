@@ -12,6 +12,7 @@
 namespace tremula {
 namespace {
 
+using test::contents;
 using test::Outcome;
 using test::run;
 using testing::HasSubstr;
@@ -37,6 +38,54 @@ TEST(Load, AsJsonHasWhatScriptsRelyOn) {
     drag = row["mean_drag_n"], moment = row["mean_base_moment_n_m"], lean = row["lean_m"];
   }
   EXPECT_EQ(json["rows"][3]["wind_speed_m_s"], 20);
+}
+
+TEST(Load, WithQuadraticDragLeansToTheSideOfTheGusts) {
+  const test::TemporaryFolder folder;
+  const std::string command =
+      "load sapling --wind-speed 8 --profile constant --turbulence-intensity 0.3 "
+      "--period 300 --format json";
+  const auto linear = nlohmann::json::parse(run(folder, command).output),
+             quadratic = nlohmann::json::parse(run(folder, command + " --drag quadratic").output);
+  EXPECT_EQ(quadratic["settings"]["drag"], "quadratic");
+  const auto of = [](const nlohmann::json& json, const char* what) {
+    return json["rows"][0][what].get<double>();
+  };
+  EXPECT_NEAR(of(quadratic, "mean_base_moment_n_m") / of(linear, "mean_base_moment_n_m"), 1, 0.05);
+  EXPECT_NEAR(of(quadratic, "rms_base_moment_n_m") / of(linear, "rms_base_moment_n_m"), 1, 0.1);
+  EXPECT_GT(of(quadratic, "skewness_of_base_moment"), of(linear, "skewness_of_base_moment") + 0.2);
+}
+
+TEST(Load, WithQuadraticDragOfLoadsAsPrintedIsRefused) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, "load sapling --loads paper --drag quadratic");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("--drag"));
+  EXPECT_EQ(std::count(outcome.messages.begin(), outcome.messages.end(), '\n'), 1);
+}
+
+TEST(Load, NamesTheBranchThatBearsMost) {
+  const test::TemporaryFolder folder;
+  std::ofstream(folder / "waist.swc")
+      << "1 1 0 0 0 0.1 -1\n2 1 0 0 1 0.1 1\n3 1 0 0 1.2 0.03 2\n4 1 0 0 4 0.03 3\n";
+  const auto json = nlohmann::json::parse(
+      run(folder, "load waist.swc --wind-speed 12 --format json --shape loaded" + steady).output);
+  const auto& row = json["rows"][0];
+  EXPECT_GT(row["most_stressed_branch"], 0);
+  EXPECT_GT(row["peak_stress_of_that_branch_pa"].get<double>(), 2 * row["peak_stress_pa"].get<double>());
+}
+
+TEST(Report, ListsTheBranchesThatBearMost) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder, "animate sapling --material oak --wind-speed 15 --period 4 --report r.json").code, 0);
+  const auto list = nlohmann::json::parse(contents(folder / "r.json"))["most_stressed_branches"];
+  ASSERT_EQ(list.size(), 10U);
+  for (const auto& branch : list) {
+    EXPECT_GT(branch["stress_pa"]["expected_peak_of_600_s"].get<double>(), 0);
+    EXPECT_GT(branch["share_of_modulus_of_rupture"].get<double>(), 0);
+  }
+  EXPECT_GE(list[0]["stress_pa"]["expected_peak_of_600_s"].get<double>(),
+            0.9 * list[9]["stress_pa"]["expected_peak_of_600_s"].get<double>());
 }
 
 // A stiff bare stem in a wind that is the same at all heights: q L, q L^2/2.

@@ -416,6 +416,21 @@ TEST(Program, InfoTellsTheSizeOfEveryStamTree) {
   }
 }
 
+TEST(Program, InfoTellsTheLoadMarginThatModesTells) {
+  const test::TemporaryFolder folder;
+  for (const std::string plant : {"sapling", "willow"}) {
+    const auto info = nlohmann::json::parse(run(folder, "info " + plant + " --format json").output),
+               modes =
+                   nlohmann::json::parse(run(folder, "modes " + plant + " --modes 1 --format json").output);
+    EXPECT_EQ(info["load_margin"], modes["load_margin"]) << plant;
+  }
+  std::ofstream(folder / "reed.swc") << "1 1 0 0 0 0.005 -1\n2 1 0 0 9 0.005 1\n";
+  const Outcome reed = run(folder, "info reed.swc --format json");
+  EXPECT_EQ(reed.code, 0);
+  EXPECT_TRUE(nlohmann::json::parse(reed.output)["load_margin"].is_null());
+  EXPECT_THAT(reed.messages, HasSubstr("buckles under the weight"));
+}
+
 TEST(Program, ScansAnimateWithStatedRepairs) {
   const std::string scan = (test::data_folder() / "qsm/itsme_tree2_treeqsm_v240_two_roots.mat").string();
   TREMULA_NEED_DATA("qsm/itsme_tree2_treeqsm_v240_two_roots.mat");

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "frames.hpp"
@@ -368,6 +369,32 @@ TEST(ReadGauge, OfALeanUnderAnEvenLoadIsTheClosedFormAllAlongTheBranch) {
     EXPECT_NEAR(moment.y(), load * beyond * beyond / 2, 1e-9) << s;
     EXPECT_NEAR((reading.axes * reading.lean.head<3>()).x(), load * beyond, 1e-9) << s;
   }
+}
+
+TEST(MostStrained, AreTheThinPiecesOfAStemInTheOrderOfTheirStress) {
+  const double length = 5, force = 30;
+  Skeleton stem = test::straight_stem(5, length, 0.05, 0.05);
+  for (const auto& [piece, radius] : {std::pair{2, 0.02}, std::pair{4, 0.01}})
+    stem.branches[index_of(piece)].start_radius = stem.branches[index_of(piece)].end_radius = radius;
+  const Structure structure = assemble(stem, test::weightless());
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(structure.size());
+  load[6 * 4 + 1] = force;
+  const Basis basis = basis_of(structure.flexibility(load));
+  const Motion motion = motion_of(basis, Eigen::Vector4d(1, -1, 1, -1));
+  // M/r^3 at the feet: 3/0.02^3, 1/0.01^3, 5/0.05^3.
+  const std::vector<Gauge> worst = most_strained(upright(structure), motion, 3);
+  ASSERT_EQ(worst.size(), 3U);
+  EXPECT_EQ(worst[0].branch, 4);
+  EXPECT_EQ(worst[1].branch, 2);
+  EXPECT_EQ(worst[2].branch, 0);
+  EXPECT_EQ(most_strained(upright(structure), motion, 100).size(), 5U);
+  EXPECT_TRUE(most_strained(upright(structure), motion, 0).empty());
+}
+
+TEST(ExtremesOf, ASeriesWithRarePeaksIsSkewed) {
+  EXPECT_NEAR(extremes_of(Eigen::Vector4d(0, 0, 0, 1), 1).skewness, 2 / std::sqrt(3.0), 1e-12);
+  EXPECT_NEAR(extremes_of(Eigen::Vector4d(0, 1, 0, 1), 1).skewness, 0, 1e-12);
+  EXPECT_EQ(extremes_of(Eigen::Vector4d::Ones(), 1).skewness, 0);
 }
 
 }  // namespace

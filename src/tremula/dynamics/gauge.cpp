@@ -10,8 +10,11 @@
 #include <charconv>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string_view>
 #include <vector>
+
+#include <tbb/parallel_for.h>
 
 namespace tremula {
 namespace {
@@ -106,6 +109,64 @@ Vec6 section_wrench(const Wrenches& wrenches, const Member& member, double s) {
   return wrench;
 }
 
+void check_fit(const Lean& lean, const Basis& basis) {
+  check_basis(basis);
+  const Eigen::Index rows = lean.structure.size();
+  check_equal("rows of the basis", basis.columns.rows(), rows);
+  if (lean.wrenches.at_end.size() > 0) {
+    check_equal("rows of the wrenches", lean.wrenches.at_end.size(), rows);
+    check_equal("rows of the wrenches at the starts", lean.wrenches.at_start.size(), rows);
+  } else {
+    check_equal("rows of the lean", lean.displacement.size(), rows);
+  }
+}
+
+GaugeReading reading_of(const Lean& lean, const Basis& basis, const Gauge& gauge) {
+  const Member& member = member_of(lean.structure, gauge);
+  const Beam& beam = member.beam;
+  const Vec3 arm = (1 - gauge.place) * beam.length * member.direction;
+  const Mat6 stiffness = stiffness_blocks(compliance(beam), member.direction, Vec3::Zero()).end;
+  GaugeReading reading{.gauge = gauge,
+                       .axes = section_axes(member.direction),
+                       .radius = beam.start_radius + gauge.place * (beam.end_radius - beam.start_radius),
+                       .per_coordinate = Eigen::MatrixXd::Zero(6, basis.count())};
+  const double area = pi * reading.radius * reading.radius;
+  reading.axial_stiffness = beam.material.youngs_modulus * area;
+  reading.bending_stiffness =
+      beam.material.youngs_modulus * beam.inertia_factor * std::pow(reading.radius, 4);
+  if (lean.wrenches.at_end.size() > 0) {
+    reading.lean = at_section(section_wrench(lean.wrenches, member, gauge.place), Vec3::Zero(), reading.axes);
+  } else {
+    reading.lean = at_section(elastic_wrench(member, stiffness, lean.displacement), arm, reading.axes);
+  }
+  for (Eigen::Index c = 0; c < basis.count(); ++c) {
+    if (basis.kind[index_of(c)] == ShapeKind::lean) continue;
+    reading.per_coordinate.col(c) =
+        at_section(elastic_wrench(member, stiffness, basis.columns.col(c)), arm, reading.axes);
+  }
+  return reading;
+}
+
+// Of the fibre that is strained most.
+double largest_strain(const GaugeReading& reading, const Eigen::RowVectorXd& mean,
+                      const Eigen::MatrixXd& covariance) {
+  constexpr int fibres = 16;
+  constexpr double peak_factor = 3.5;
+  const Vec6 mean_wrench = reading.lean + reading.per_coordinate * mean.transpose();
+  const Mat6 variance = reading.per_coordinate * covariance * reading.per_coordinate.transpose();
+  double largest = 0;
+  for (int i = 0; i < fibres; ++i) {
+    const double angle = 2 * pi * i / fibres;
+    Vec6 fibre = Vec6::Zero();  // strain per wrench
+    fibre[0] = 1 / reading.axial_stiffness;
+    fibre[4] = reading.radius / reading.bending_stiffness * std::cos(angle);
+    fibre[5] = reading.radius / reading.bending_stiffness * std::sin(angle);
+    const double rms = std::sqrt(std::max(0.0, fibre.dot(variance * fibre)));
+    largest = std::max(largest, std::abs(fibre.dot(mean_wrench)) + peak_factor * rms);
+  }
+  return largest;
+}
+
 }  // namespace
 
 Gauge place_gauge(const Skeleton& skeleton, const std::string& text) {
@@ -131,34 +192,31 @@ Gauge place_gauge(const Skeleton& skeleton, const std::string& text) {
 }
 
 GaugeReading read_gauge(const Lean& lean, const Basis& basis, const Gauge& gauge) {
-  check_basis(basis);
-  check_equal("rows of the basis", basis.columns.rows(), lean.structure.size());
-  const Member& member = member_of(lean.structure, gauge);
-  const Beam& beam = member.beam;
-  const Vec3 arm = (1 - gauge.place) * beam.length * member.direction;
-  const Mat6 stiffness = stiffness_blocks(compliance(beam), member.direction, Vec3::Zero()).end;
-  GaugeReading reading{.gauge = gauge,
-                       .axes = section_axes(member.direction),
-                       .radius = beam.start_radius + gauge.place * (beam.end_radius - beam.start_radius),
-                       .per_coordinate = Eigen::MatrixXd::Zero(6, basis.count())};
-  const double area = pi * reading.radius * reading.radius;
-  reading.axial_stiffness = beam.material.youngs_modulus * area;
-  reading.bending_stiffness =
-      beam.material.youngs_modulus * beam.inertia_factor * std::pow(reading.radius, 4);
-  if (lean.wrenches.at_end.size() > 0) {
-    check_equal("rows of the wrenches", lean.wrenches.at_end.size(), lean.structure.size());
-    check_equal("rows of the wrenches at the starts", lean.wrenches.at_start.size(), lean.structure.size());
-    reading.lean = at_section(section_wrench(lean.wrenches, member, gauge.place), Vec3::Zero(), reading.axes);
-  } else {
-    check_equal("rows of the lean", lean.displacement.size(), lean.structure.size());
-    reading.lean = at_section(elastic_wrench(member, stiffness, lean.displacement), arm, reading.axes);
-  }
-  for (Eigen::Index c = 0; c < basis.count(); ++c) {
-    if (basis.kind[index_of(c)] == ShapeKind::lean) continue;
-    reading.per_coordinate.col(c) =
-        at_section(elastic_wrench(member, stiffness, basis.columns.col(c)), arm, reading.axes);
-  }
-  return reading;
+  check_fit(lean, basis);
+  return reading_of(lean, basis, gauge);
+}
+
+std::vector<Gauge> most_strained(const Lean& lean, const Motion& motion, int count) {
+  check_fit(lean, motion.basis);
+  check_motion(motion);
+  check_at_least("number of branches", count, 0);
+  const Eigen::RowVectorXd mean = motion.coordinates.colwise().mean();
+  const Eigen::MatrixXd about = motion.coordinates.rowwise() - mean;
+  const Eigen::MatrixXd covariance = about.transpose() * about / motion.sample_count();
+  const auto branches = static_cast<std::ptrdiff_t>(lean.structure.members.size());
+  std::vector<double> strain(index_of(branches));
+  tbb::parallel_for(std::ptrdiff_t{0}, branches, [&](std::ptrdiff_t k) {
+    const GaugeReading reading = reading_of(lean, motion.basis, {"", static_cast<int>(k), 0});
+    strain[index_of(k)] = largest_strain(reading, mean, covariance);
+  });
+  std::vector<int> order(strain.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return strain[index_of(a)] > strain[index_of(b)]; });
+  order.resize(std::min(order.size(), index_of(count)));
+  std::vector<Gauge> worst;
+  for (const int k : order) worst.push_back({"branch:" + std::to_string(k) + ":0", k, 0});
+  return worst;
 }
 
 GaugeSeries gauge_series(const GaugeReading& reading, const Motion& motion, double heading) {
@@ -209,6 +267,7 @@ Extremes extremes_of(const Eigen::VectorXd& series, double period, double durati
     frequency_squares += frequency * frequency * power;
   }
   extremes.rms = std::sqrt(variance);
+  if (variance > 0) extremes.skewness = (fluctuation / extremes.rms).array().cube().mean();
   if (variance > 0) extremes.crossing_rate = std::sqrt(frequency_squares / variance);
   // x + gamma/x is least at the root of gamma.
   constexpr double gamma = std::numbers::egamma;

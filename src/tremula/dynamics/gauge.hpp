@@ -7,6 +7,7 @@
 #include "tremula/geometry/skeleton.hpp"
 
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -26,6 +27,11 @@ Gauge place_gauge(const Skeleton& skeleton, const std::string& text);
 // being part of C, carried from the end to the section. Loads count there as they are lumped to the nodes.
 // Throws InputError for a gauge that is not on the structure, and for a basis that is not of it.
 GaugeReading read_gauge(const Lean& lean, const Basis& basis, const Gauge& gauge);
+
+// The feet of the `count` branches whose surface is strained most, the worst first: by the mean and three and
+// a half root mean squares of the strain along the fibre for which that is most. All, where there are fewer.
+// Throws as read_gauge does.
+std::vector<Gauge> most_strained(const Lean& lean, const Motion& motion, int count);
 
 // What it reads at every sample of the loop. (M) each
 struct GaugeSeries {
@@ -49,6 +55,9 @@ struct Extremes {
   double mean = 0;
   double rms = 0;   // about the mean
   double peak = 0;  // the sample farthest from zero
+  // Of the samples, mean cube about the mean over rms^3: 0 for a Gaussian process, as linear drag has it;
+  // above 0 where gusts pull harder than lulls let go. 0 where nothing moves.
+  double skewness = 0;
   // Of a Gaussian process with this mean and spectrum: how often a second it crosses its mean upwards,
   // and by how many rms the largest of `duration` seconds exceeds the mean on the average.
   double crossing_rate = 0;  // nu, sigma'/(2 pi sigma), from the spectrum of the loop [Hz]

@@ -21,8 +21,9 @@ struct Motion {
   // (S eq. 1).
   Eigen::VectorXd lean_strains = {};
 
-  std::vector<GaugeReading> readings = {};  // of the gauges that were asked for
-  Vec3 mean_drag = Vec3::Zero();            // on the whole structure under the mean wind [N]
+  std::vector<GaugeReading> readings = {};       // of the gauges that were asked for
+  std::vector<GaugeReading> most_strained = {};  // at the feet of the branches that are, the worst first
+  Vec3 mean_drag = Vec3::Zero();                 // on the whole structure under the mean wind [N]
 
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
 };

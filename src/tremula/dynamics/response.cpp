@@ -58,4 +58,22 @@ Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& par
   return coordinates;
 }
 
+Eigen::MatrixXcd respond(const BinTransfer& transfer, const TimeAxis& axis,
+                         const std::vector<Eigen::MatrixXcd>& forces) {
+  check_at_least("draws of the forces", static_cast<std::ptrdiff_t>(forces.size()), transfer.most_draws());
+  for (const Eigen::MatrixXcd& of_draw : forces) {
+    check_equal("rows of the forces", of_draw.rows(), axis.bin_count());
+    check_equal("columns of the forces", of_draw.cols(), transfer.coordinate_count());
+  }
+  Eigen::MatrixXcd coordinates(axis.bin_count(), transfer.coordinate_count());
+  tbb::parallel_for(0, axis.bin_count(), [&](int bin) {
+    const BinTransfer::Weights weights = transfer.weights(bin);
+    Eigen::MatrixXcd of_bin(transfer.coordinate_count(), weights.draws());
+    for (Eigen::Index draw = 0; draw < of_bin.cols(); ++draw)
+      of_bin.col(draw) = forces[index_of(draw)].row(bin).transpose();
+    coordinates.row(bin) = transfer.respond(bin, weights, of_bin).transpose();
+  });
+  return coordinates;
+}
+
 }  // namespace tremula

@@ -6,6 +6,7 @@
 #include "tremula/wind/point_wind.hpp"
 
 #include <functional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -19,5 +20,10 @@ namespace tremula {
 Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& participation,
                          const TimeAxis& axis, const PointWind& wind,
                          const std::function<void(double done)>& progress = {});
+
+// The same from coefficients of the forces on the coordinates, (M/2+1 x (m + k)) for every draw: those of
+// drag_in_time, whose mean over the loop is in bin 0. Throws InputError for too few draws or other sizes.
+Eigen::MatrixXcd respond(const BinTransfer& transfer, const TimeAxis& axis,
+                         const std::vector<Eigen::MatrixXcd>& forces);
 
 }  // namespace tremula

@@ -1,6 +1,7 @@
 #include "tremula/dynamics/transfer.hpp"
 
 #include "tremula/base/check.hpp"
+#include "tremula/base/types.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include <tbb/parallel_for.h>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
@@ -222,6 +224,14 @@ BinTransfer::Weights BinTransfer::weights(int bin) const {
   Weights weights{far * share.row(0), share.row(0)};
   for (Eigen::Index a = 1; a < n; ++a) weights.pole.row(near[static_cast<std::size_t>(a - 1)]) = share.row(a);
   return weights;
+}
+
+int BinTransfer::most_draws() const {
+  if (kind_ == Transfer::sampled) return 1;
+  std::vector<int> draws(index_of(axis_.bin_count()));
+  tbb::parallel_for(0, axis_.bin_count(),
+                    [&](int bin) { draws[index_of(bin)] = static_cast<int>(weights(bin).draws()); });
+  return *std::max_element(draws.begin(), draws.end());
 }
 
 Eigen::VectorXcd BinTransfer::respond(int bin, const Weights& weights, const Eigen::MatrixXcd& forces) const {

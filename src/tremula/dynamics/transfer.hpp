@@ -70,6 +70,7 @@ class BinTransfer {
   };
   // May be called from several threads.
   Weights weights(int bin) const;
+  int most_draws() const;  // of any bin
 
   // The coordinates' coefficient of the bin, (m + static_count), from the modal forces of its draws (m +
   // static_count x draws). Bin 0 stands for what is slower than the loop, from 0 to half a bin: it takes
