@@ -69,14 +69,11 @@ WindAt wind_at(const Wind& wind, const TimeAxis& loop, double ground, const Stru
 
 // Modes and static shapes as the wind drives, damps and, where the structure turns out of it, stiffens them.
 ModalSystem modal_system(const Basis& basis, const Lean& lean, const Damping& damping) {
-  const int static_count = basis.count(ShapeKind::static_shape), mode_count = basis.count(ShapeKind::mode);
-  const Eigen::VectorXd omega = 2 * std::numbers::pi * basis.frequency.tail(mode_count + static_count);
-  const auto modes = basis.columns.middleCols(1, mode_count);
-  ModalSystem system{.omega = omega,
-                     .damping = structural_damping(damping, omega.head(mode_count)).asDiagonal(),
-                     .static_count = static_count};
-  if (damping.aerodynamic) system.damping += aerodynamic_damping(lean.sites, lean.loads, modes);
-  if (lean.strains.size() > 0) system.stiffness = aerodynamic_stiffness(lean.sites, lean.loads, modes);
+  const auto moving = basis.columns.rightCols(basis.count() - 1);
+  const Eigen::VectorXd omega = 2 * std::numbers::pi * basis.frequency.tail(moving.cols());
+  ModalSystem system{.omega = omega, .damping = structural_damping(damping, omega).asDiagonal()};
+  if (damping.aerodynamic) system.damping += aerodynamic_damping(lean.sites, lean.loads, moving);
+  if (lean.strains.size() > 0) system.stiffness = aerodynamic_stiffness(lean.sites, lean.loads, moving);
   return system;
 }
 

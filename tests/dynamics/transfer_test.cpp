@@ -239,22 +239,6 @@ TEST(FindPoles, CopesWithCriticalDamping) {
   EXPECT_NEAR(std::abs(sum / transfer_function(system, 4.0)(0, 0) - 1.0), 0, 1e-4);
 }
 
-TEST(BinTransfer, LetsStaticCoordinatesFollowAtOnce) {
-  ModalSystem system = oscillator(0.83, 0.05);
-  system.omega.conservativeResize(2);
-  system.omega[1] = 40;
-  system.static_count = 1;
-  const TimeAxis axis{10, 100};
-  for (const Transfer kind : {Transfer::sampled, Transfer::bin_averaged}) {
-    const BinTransfer transfer(system, axis, kind);
-    const BinTransfer::Weights weights = transfer.weights(30);  // far from the resonance: one draw
-    ASSERT_EQ(weights.draws(), 1);
-    const Eigen::VectorXcd y = transfer.respond(30, weights, Eigen::MatrixXcd::Ones(2, 1));
-    EXPECT_NEAR(std::abs(y[1] - 1.0 / 1600), 0, 1e-6 / 1600);
-    EXPECT_NEAR(std::abs(y[0] / transfer_function(system, axis.omega(30))(0, 0) - 1.0), 0, 2e-3);
-  }
-}
-
 // The same system twice: the stiffness as part of the frequencies, or beside them.
 TEST(TransferFunction, TakesAStiffnessBesideThatOfTheStructure) {
   ModalSystem plain = coupled_system(1), with = plain;

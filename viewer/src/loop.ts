@@ -13,7 +13,7 @@ export interface Facts {
   static_shapes: number;
 }
 
-// Of a morph target: under the mean wind; a mode; or what stands for the modes left out, and follows the wind at once.
+// Of a morph target: under the mean wind; a mode; or what stands for the modes left out.
 export type TargetKind = 'lean' | 'mode' | 'static';
 
 export type PlantMesh = Mesh<Mesh['geometry'], MeshStandardMaterial>;

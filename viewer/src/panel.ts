@@ -99,7 +99,7 @@ export class Panel {
       row.append(kind === 'mode' ? `${mode}` : `s${++staticShapes}`,
                  Object.assign(document.createElement('span'), {className: 'bar'}),
                  kind === 'mode' ? `${this.loop.facts.frequencies_hz[mode - 1].toFixed(2)} Hz` : 'static');
-      if (kind === 'static') row.title = 'no mode: what the modes left out add, which follows the wind at once';
+      if (kind === 'static') row.title = 'no mode: what the modes left out add';
       row.querySelector('.bar')!.append(bar);
       row.addEventListener('click', (event) => {
         if (event.detail < 2) this.enable((target, on) => target === i ? !on : on);

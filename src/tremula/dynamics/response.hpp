@@ -13,7 +13,7 @@
 namespace tremula {
 
 // S eq. 7 in every bin, with all that the transfer function knows: damping between modes, the width of the
-// bins, static coordinates. One bin of wind at a time a thread: no array of points and bins ever exists.
+// bins. One bin of wind at a time a thread: no array of points and bins ever exists.
 // participation (3P x (m + k)). A wind without draws wants Transfer::sampled; without slow gusts
 // bin 0 stays zero. Gives the coefficients of the coordinates, (M/2+1 x (m + k)): samples_from_half_spectra
 // makes the loop of them.

@@ -1,4 +1,4 @@
-// What the modes that were left out add: they still follow the slow wind.
+// What the modes that were left out add: they still follow the wind.
 #pragma once
 
 #include "tremula/modes/modes.hpp"
@@ -11,7 +11,7 @@ namespace tremula {
 struct Loads;
 
 // Shapes beside the modes, at right angles to them in mass and in stiffness and mass-normalised like them.
-// Their coordinates follow the wind at once: y = f/omega^2.
+// They move as modes of their frequencies would; what the wind adds to damping and stiffness takes them in.
 struct StaticShapes {
   Eigen::VectorXd frequency;  // (k) Rayleigh quotients [Hz]
   Eigen::MatrixXd shapes;     // (rows x k)

@@ -75,7 +75,7 @@ struct Piece {
 
 void check_system(const ModalSystem& system) {
   check_equal("columns of the damping", system.damping.cols(), system.damping.rows());
-  check_equal("frequencies of the system", system.omega.size(), system.damping.rows() + system.static_count);
+  check_equal("frequencies of the system", system.omega.size(), system.damping.rows());
   if (system.stiffness.size() > 0) {
     check_equal("rows of the stiffness", system.stiffness.rows(), system.damping.rows());
     check_equal("columns of the stiffness", system.stiffness.cols(), system.damping.rows());
@@ -88,32 +88,31 @@ void check_system(const ModalSystem& system) {
 }
 
 Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega) {
-  const Eigen::Index m = system.dynamic_count(), all = system.omega.size();
-  Eigen::MatrixXcd transfer = Eigen::MatrixXcd::Zero(all, all);
+  const Eigen::Index m = system.omega.size();
+  Eigen::MatrixXcd transfer = Eigen::MatrixXcd::Zero(m, m);
   if (system.damping.isDiagonal(0) && system.stiffness.size() == 0) {
-    transfer.diagonal().head(m) = (system.omega.head(m).array().square() - omega * omega +
-                                   Complex(0, omega) * system.damping.diagonal().array())
-                                      .inverse();
+    transfer.diagonal() = (system.omega.array().square() - omega * omega +
+                           Complex(0, omega) * system.damping.diagonal().array())
+                              .inverse();
   } else {
     Eigen::MatrixXcd dynamic = Complex(0, omega) * system.damping;
-    dynamic.diagonal().array() += system.omega.head(m).array().square() - omega * omega;
+    dynamic.diagonal().array() += system.omega.array().square() - omega * omega;
     if (system.stiffness.size() > 0) dynamic += system.stiffness;
-    transfer.topLeftCorner(m, m) = dynamic.partialPivLu().inverse();
+    transfer = dynamic.partialPivLu().inverse();
   }
-  for (Eigen::Index r = m; r < all; ++r) transfer(r, r) = 1 / (system.omega[r] * system.omega[r]);
   return transfer;
 }
 
 Poles find_poles(const ModalSystem& system) {
   check_system(system);
-  const Eigen::Index m = system.dynamic_count();
+  const Eigen::Index m = system.omega.size();
   if (m == 0) return {};
   // The velocities in units of the highest frequency: numbers of one size.
-  const double unit = system.omega.head(m).maxCoeff();
+  const double unit = system.omega.maxCoeff();
   for (int attempt = 0; attempt < 3; ++attempt) {
     Eigen::MatrixXd state = Eigen::MatrixXd::Zero(2 * m, 2 * m);
     state.topRightCorner(m, m).diagonal().setConstant(unit);
-    state.bottomLeftCorner(m, m).diagonal() = -system.omega.head(m).cwiseAbs2() / unit;
+    state.bottomLeftCorner(m, m).diagonal() = -system.omega.cwiseAbs2() / unit;
     if (system.stiffness.size() > 0) state.bottomLeftCorner(m, m) -= system.stiffness / unit;
     state.bottomRightCorner(m, m) = -system.damping;
     // Poles that coincide have one vector between them (critical damping): a nudge parts them.
@@ -128,7 +127,7 @@ Poles find_poles(const ModalSystem& system) {
     const double growth = poles.pole.real().maxCoeff();
     if (growth >= 0 && growth < 1e-12 * poles.pole.cwiseAbs().maxCoeff()) {
       throw Error(
-          "response: modes of " + brief(system.omega.head(m).minCoeff() / (2 * pi)) + " to " +
+          "response: modes of " + brief(system.omega.minCoeff() / (2 * pi)) + " to " +
           brief(unit / (2 * pi)) + " Hz damped by " + brief(system.damping.diagonal().maxCoeff()) +
           " /s lie too far apart for double precision; choose less damping, less wind or stiffer wood");
     }
@@ -138,7 +137,7 @@ Poles find_poles(const ModalSystem& system) {
           " /s, where none may): choose more damping, less wind, stiffer wood or a lower lift coefficient");
     }
     const double omega = 0.37 * unit;
-    const Eigen::MatrixXcd direct = transfer_function(system, omega).topLeftCorner(m, m);
+    const Eigen::MatrixXcd direct = transfer_function(system, omega);
     const Eigen::VectorXcd middle = (Complex(0, omega) - poles.pole.array()).inverse();
     const Eigen::MatrixXcd sum = poles.right * middle.asDiagonal() * poles.left;
     if ((sum - direct).norm() < 1e-5 * direct.norm()) return poles;
@@ -156,7 +155,7 @@ BinTransfer::BinTransfer(const ModalSystem& system, const TimeAxis& axis, Transf
 
 BinTransfer::Weights BinTransfer::weights(int bin) const {
   const double middle = 2 * pi * axis_.middle_frequency(bin), width = 2 * pi / axis_.period;
-  if (kind_ == Transfer::sampled) return {{}, Eigen::RowVectorXcd::Ones(1)};
+  if (kind_ == Transfer::sampled) return {Eigen::MatrixXcd::Zero(0, 1)};
 
   std::vector<Eigen::Index> near;
   // What is the same all over the bin is one function, 1.
@@ -221,7 +220,7 @@ BinTransfer::Weights BinTransfer::weights(int bin) const {
     if (std::abs(along) > 0) share.col(i) *= std::conj(along) / std::abs(along);
   }
 
-  Weights weights{far * share.row(0), share.row(0)};
+  Weights weights{far * share.row(0)};
   for (Eigen::Index a = 1; a < n; ++a) weights.pole.row(near[static_cast<std::size_t>(a - 1)]) = share.row(a);
   return weights;
 }
@@ -236,12 +235,8 @@ int BinTransfer::most_draws() const {
 
 Eigen::VectorXcd BinTransfer::respond(int bin, const Weights& weights, const Eigen::MatrixXcd& forces) const {
   if (kind_ == Transfer::sampled) return transfer_function(system_, axis_.omega(bin)) * forces.col(0);
-  const Eigen::Index m = system_.dynamic_count(), all = system_.omega.size();
-  Eigen::VectorXcd response(all);
-  response.head(m).noalias() =
-      poles_.right * (poles_.left * forces.topRows(m)).cwiseProduct(weights.pole).rowwise().sum();
-  response.tail(all - m) = (forces.bottomRows(all - m) * weights.constant.transpose()).array() /
-                           system_.omega.tail(all - m).array().square();
+  Eigen::VectorXcd response =
+      poles_.right * (poles_.left * forces).cwiseProduct(weights.pole).rowwise().sum();
   if (bin == 0) response = (std::sqrt(2.0) * response.real()).cast<Complex>();
   return response;
 }

@@ -11,21 +11,17 @@
 
 namespace tremula {
 
-// y'' + C y' + (Omega^2 + K) y = f for the first coordinates; the last `static_count` follow at once, y =
-// f/omega^2 (static_correction.hpp).
+// y'' + C y' + (Omega^2 + K) y = f.
 struct ModalSystem {
-  Eigen::VectorXd omega;    // (m + static_count) [rad/s]
+  Eigen::VectorXd omega;    // (m) [rad/s]
   Eigen::MatrixXd damping;  // (m x m) C: of the structure and of the wind [1/s]
-  int static_count = 0;
   Eigen::MatrixXd stiffness =
       {};  // (m x m) K: of the wind, beside that of the structure [1/s^2]; empty: none
-
-  Eigen::Index dynamic_count() const { return damping.rows(); }
 };
 // Throws InputError unless sizes agree and frequencies are above 0.
 void check_system(const ModalSystem& system);
 
-// H of the system at one frequency, (m + static_count)^2: S eq. 7 where C is diagonal. omega [rad/s]
+// H of the system at one frequency, (m x m): S eq. 7 where C is diagonal. omega [rad/s]
 Eigen::MatrixXcd transfer_function(const ModalSystem& system, double omega);
 
 enum class Transfer {
@@ -33,8 +29,8 @@ enum class Transfer {
   bin_averaged,  // right variances for every period: see BinTransfer
 };
 
-// H as a sum over its poles: H = right diag(1/(i omega - pole)) left for the dynamic coordinates. Two poles a
-// mode.
+// H as a sum over its poles: H = right diag(1/(i omega - pole)) left two poles a
+// coordinate.
 struct Poles {
   Eigen::VectorXcd pole;         // (2m) real parts below 0
   Eigen::MatrixXcd left, right;  // (2m x m), (m x 2m)
@@ -62,19 +58,18 @@ class BinTransfer {
   Eigen::Index coordinate_count() const { return system_.omega.size(); }
   Transfer kind() const { return kind_; }
 
-  // How each pole, and what follows at once, answers to each draw of the bin's forces.
+  // How each pole answers to each draw of the bin's forces.
   struct Weights {
-    Eigen::MatrixXcd pole;         // (2m x draws)
-    Eigen::RowVectorXcd constant;  // (draws)
-    Eigen::Index draws() const { return constant.size(); }
+    Eigen::MatrixXcd pole;  // (2m x draws)
+    Eigen::Index draws() const { return pole.cols(); }
   };
   // May be called from several threads.
   Weights weights(int bin) const;
   int most_draws() const;  // of any bin
 
-  // The coordinates' coefficient of the bin, (m + static_count), from the modal forces of its draws (m +
-  // static_count x draws). Bin 0 stands for what is slower than the loop, from 0 to half a bin: it takes
-  // forces of the bin's middle frequency and gives real numbers, sqrt(2) Re of what the others give.
+  // The coordinates' coefficient of the bin, (m), from the modal forces of its draws (m x draws). Bin 0
+  // stands for what is slower than the loop, from 0 to half a bin: it takes forces of the bin's middle
+  // frequency and gives real numbers, sqrt(2) Re of what the others give.
   Eigen::VectorXcd respond(int bin, const Weights& weights, const Eigen::MatrixXcd& forces) const;
 
  private:
