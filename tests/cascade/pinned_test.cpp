@@ -39,13 +39,12 @@ TEST(PinnedMotion, OfATreeWithoutWeightIsWhatItWas) {
   const Skeleton tree = grow(parse_lsystem(find_preset("stam-17").text, "stam-17")).skeleton;
   EXPECT_EQ(
       fingerprint(set_in_motion(bake(tree, {.structure = {.gravity = 0}, .modes = {.count = 6}}), weather())),
-      5145335986006677002U);
+      563051348815413695U);
 }
 
 TEST(PinnedMotion, OfATreeUnderItsWeightIsWhatItWas) {
   const Skeleton tree = grow(parse_lsystem(find_preset("stam-17").text, "stam-17")).skeleton;
-  EXPECT_EQ(fingerprint(set_in_motion(bake(tree, {.modes = {.count = 6}}), weather())),
-            16485914695331234635U);
+  EXPECT_EQ(fingerprint(set_in_motion(bake(tree, {.modes = {.count = 6}}), weather())), 4359026101915775658U);
 }
 
 TEST(PinnedMotion, OfAFrameIsWhatItWas) {
