@@ -207,7 +207,7 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   };
   const Eigen::VectorXd straight = Eigen::VectorXd::Zero(tree.size());
   std::vector<BentBranch> bent = bend(tree, straight);
-  EquilibriumOptions search{.tolerance = 1e-8};
+  EquilibriumOptions search{.tolerance = 1e-7};
   if (heavy) search.at_rest = weight_at_rest(tree, weight, bent);
   const double size = size_of(bent);
   bool calm = !options.shelter.on;

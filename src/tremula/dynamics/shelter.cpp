@@ -152,9 +152,10 @@ void blow_through(std::span<const Entry> column, const Grid& grid, const Eigen::
   const std::vector<double> before = sum_before(places, depths);
   const std::vector<double> behind = sum_before(upwind_places, upwind_depths);
   for (std::size_t k = 0; k < count; ++k) {
-    const double thrust = induction ? -std::expm1(-2 * (before[k] + behind[count - 1 - k])) : 0;
+    const double left = std::exp(-before[k]), behind_it = std::exp(-behind[count - 1 - k]);
+    const double through = left * behind_it, thrust = induction ? 1 - through * through : 0;
     // (1 - i)^2 thrust = 4 i (1 - i)
-    shelter[site(k)] += column[k].weight * std::exp(-before[k]) * 4 / (4 + thrust);
+    shelter[site(k)] += column[k].weight * left * 4 / (4 + thrust);
   }
 }
 
