@@ -68,8 +68,9 @@ SpeedFunction without_folding(double speed) {
 }
 
 // With C the covariance, (1 + 2 t C)^-1 = (1 + 2 t A + 4 t^2 B)/(1 + 2 t tr C + 4 t^2 tr B + 8 t^3 det C),
-// A = tr C - C and B the adjugate of C: no principal axes are needed. In the plane across an axis all of
-// that is of the plane, where identity is less than 1; what B has left, out of the plane, meets nothing.
+// A = tr C - C and B the adjugate of C: no principal axes are needed. Across an axis all of that is of
+// the plane there: identity is that of the plane, and B, which points out of it, meets nothing and is left
+// out.
 struct Cloud {
   Vec3 mean;
   Mat3 covariance, identity, a, b;

@@ -66,7 +66,7 @@ struct BentCurve {
 };
 BentCurve curve_of(const Member& member, const BentBranch& branch);
 BentPoint point_on(const BentCurve& curve, double s);
-// What of it turns the least: the position, and along the axis a unit vector, frame * direction.
+// Less of it: the position alone, and the unit vector along the axis, frame * direction.
 Vec3 position_on(const BentCurve& curve, double s);
 Vec3 direction_on(const BentCurve& curve, double s);
 
