@@ -38,8 +38,9 @@ WindAt steady(const Vec3& velocity) {
   return [velocity](Eigen::Index, const Vec3&) { return GustStatistics{velocity, 4 * Mat3::Identity()}; };
 }
 
-// Where a tree comes to rest in a wind of 20 m/s. Limit: what an iteration works out a branch (drag at four
-// places, a 6 x 6 system and a dozen products of such matrices, some 6000 flops) times ten to twenty.
+// Where a tree comes to rest in a wind of 20 m/s. Limit: what a step works out a branch (drag at four places,
+// a 6 x 6 system and half a dozen products of such matrices, some 5000 flops) times five or six, and once
+// more half as much for the tree as it then stands.
 void lean_of_tree(benchmark::State& state) {
   const Structure structure = assemble(bench::stam_tree(static_cast<int>(state.range(0))), {});
   for (auto _ : state) benchmark::DoNotOptimize(find_lean(structure, steady({20, 0, 0}), {}));

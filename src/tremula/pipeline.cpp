@@ -120,9 +120,10 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   if (warnings) *warnings = wind.warnings;
 
   tell(progress, "loads");
-  const StaticShapes more = weather.static_correction
-                                ? static_shapes(lean.structure, lean.sites, lean.loads, modes)
-                                : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
+  const StaticShapes more =
+      weather.static_correction
+          ? static_shapes(lean.structure, lean.sites, lean.loads, modes, lean.strains.size() > 0)
+          : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
   Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
   const auto moving = basis.columns.rightCols(basis.count() - 1);
   const ModalSystem system = modal_system(basis, lean, weather.damping);  // rad/s, 1/s

@@ -1,12 +1,16 @@
 #include "tremula/dynamics/lean.hpp"
 
+#include "complaint.hpp"
 #include "in_wind.hpp"
 #include "trees.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/dynamics/damping.hpp"
 #include "tremula/numerics/rotation.hpp"
 
+#include <atomic>
 #include <cmath>
+#include <memory>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -112,6 +116,36 @@ TEST(FindLean, OfALeafyCrownIsLessWhereItShelters) {
   const double free = find_lean(structure, wind, {}, unsheltered).wrenches.ground_force.x();
   EXPECT_LT(sheltered, 0.98 * free);
   EXPECT_GT(sheltered, 0.4 * free);
+}
+
+TEST(FindLean, StandsInTheWindThatItsOwnShelterLeavesThere) {
+  const Structure structure = leafy();
+  const Vec3 wind(12, 0, 0);
+  const Lean lean = find_lean(structure, steady(wind), {});
+  // Once more what shelters what, of the lean: by the sites of straight branches, between whose ends its own
+  // are bent.
+  const LoadLaw law = load_law({});
+  Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(lean.sites.sites.size()));
+  Eigen::VectorXd areas(places.cols()), shares(places.cols());
+  for (Eigen::Index s = 0; s < places.cols(); ++s) {
+    const Site& site = lean.sites.sites[index_of(s)];
+    shares[s] = lean.loads.sites[index_of(s)].gust_share;
+    places.col(s) = lean.structure.members[index_of(site.point)].point(site.place);
+    areas[s] = drag_area(site, shares[s] * wind, law);
+  }
+  EXPECT_LT((find_shelter(places, areas, wind.normalized()) - shares).cwiseAbs().maxCoeff(), 0.01);
+  EXPECT_LT(shares.minCoeff(), 0.9);
+}
+
+TEST(FindLean, RefusesAWindThatIsAnotherWheneverItIsAsked) {
+  const Structure structure = leafy();
+  const auto asked = std::make_shared<std::atomic<int>>(0);
+  const int points = static_cast<int>(structure.members.size());
+  const WindAt restless = [=](Eigen::Index, const Vec3&) {
+    return GustStatistics{Vec3((*asked)++ / points % 2 == 0 ? 0.5 : 1.5, 0, 0)};
+  };
+  const std::string complaint = test::complaint_of<Error>([&] { find_lean(structure, restless, {}); });
+  EXPECT_TRUE(complaint.starts_with("lean: wind and crown do not settle")) << complaint;
 }
 
 // d(modal force)/d(coordinate) by bending the structure a little and asking the loads again.

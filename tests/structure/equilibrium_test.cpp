@@ -36,7 +36,8 @@ BranchLoads per_length(const BeamTree& tree, std::function<Vec3(const Vec3& dire
             (load(rotation_matrix(turn) * direction) - load(rotation_matrix(-turn) * direction)) / 2e-6;
       }
       const double length = point.weight * member.beam.length;
-      add_force(member, branch, point.position, length * load(direction), length * turning, loads);
+      add_force(shape_at(member.beam, point.position), direction, length * load(direction), length * turning,
+                loads);
     }
     return loads;
   };
@@ -228,6 +229,26 @@ TEST(FindEquilibrium, TakesFewStepsWhereItIsToldHowSpringsAnswerAndComesToTheSam
   EXPECT_LE(told.steps, 5);
   EXPECT_GT(untold.steps, told.steps);
   EXPECT_LT((told.strains - untold.strains).norm(), 1e-8 * told.strains.norm());
+}
+
+// A force at the tip that falls as the tip sinks.
+TEST(FindEquilibrium, EndsWhereLoadsThatTheWholeShapeDecidesHaveSettledToo) {
+  const BeamTree tree = rod(8);
+  double told = 1;
+  const auto force_at = [](const std::vector<BentBranch>& bent) { return 2 * bent.back().end.z(); };
+  const BranchLoads loads = [&](int k, const BentBranch&) {
+    EndLoads load;
+    if (k == 7) load.end_force = Vec3(0, told, 0);
+    return load;
+  };
+  EquilibriumOptions options;
+  options.on_shape = [&](const std::vector<BentBranch>& bent) {
+    const double before = told;
+    told = force_at(bent);
+    return std::abs(told - before) < 1e-9;
+  };
+  const Equilibrium rest = find_equilibrium(tree, loads, options);
+  EXPECT_NEAR(rest.wrenches.ground_force.y(), force_at(rest.bent), 1e-8);
 }
 
 TEST(FindEquilibrium, RefusesLoadsAtRestOfAnotherTree) {

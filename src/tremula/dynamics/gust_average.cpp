@@ -1,8 +1,12 @@
 #include "tremula/dynamics/gust_average.hpp"
 
+#include "tremula/base/simd.hpp"
+
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
@@ -10,20 +14,41 @@
 namespace tremula {
 namespace {
 
+// exp(-x) for x >= 0, to 1e-15: 2^n times a polynomial for 2^f, f in [-1/2, 1/2].
+TREMULA_INLINE double exp_minus(double x) {
+  constexpr double to_integer = 6755399441055744.0;  // 1.5 * 2^52: what is added to it has no fraction left
+  const double y = x < 700 ? -x : -700, shifted = y * std::numbers::log2e + to_integer;
+  const double n = shifted - to_integer;
+  const double f = (y - n * 0.693147180369123816490) - n * 1.90821492927058770002e-10;  // ln 2 in two parts
+  double series = 1.0 / 479001600;
+  for (const double factor : {1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880, 1.0 / 40320, 1.0 / 5040, 1.0 / 720,
+                              1.0 / 120, 1.0 / 24, 1.0 / 6, 0.5, 1.0, 1.0}) {
+    series = series * f + factor;
+  }
+  return series * std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 1023) << 52);
+}
+
 // |v| = int (1 - exp(-t |v|^2)) t^(-3/2) dt / (2 sqrt(pi)), and the average of exp(-t |v|^2) over a Gaussian
-// is a product over its principal axes. The integral over ln t by the trapezoidal rule: its integrand is
-// analytic for |Im ln t| < pi/2, so that a step of 1 leaves about exp(-pi^2) = 5e-5. Nodes at
-// ln(t R^2) = -6 … 7, R^2 the mean square of the speed.
-constexpr int node_count = 14;
+// is known. The integral over ln t by the trapezoidal rule: its integrand is analytic for |Im ln t| < pi/2,
+// so that a step of 1 leaves about exp(-pi^2) = 5e-5. Nodes at ln(t R^2) = -6 … 7, R^2 the mean square of the
+// speed; the last two of the array, without weight, make it whole vectors.
+constexpr int node_count = 14, padded_count = 16;
 constexpr double first_node = -6;
-using Nodes = Eigen::Array<double, node_count, 1>;
+using Nodes = Eigen::Array<double, padded_count, 1>;
 
 struct Rule {
-  Nodes t = Nodes::LinSpaced(node_count, first_node, first_node + node_count - 1).exp();  // of R^2 t
-  Nodes weight = 1 / (2 * std::sqrt(std::numbers::pi) * t.sqrt());
-  Nodes reference = (-t).exp();
+  Nodes t = Nodes::Zero();  // of R^2 t
+  Nodes weight = Nodes::Zero(), reference = Nodes::Zero();
   // Below the nodes 1 - exp(-t |v|^2) is t |v|^2: a geometric series of t times weight.
   double moment = std::exp(first_node / 2) / (std::exp(0.5) - 1) / (2 * std::sqrt(std::numbers::pi));
+
+  Rule() {
+    for (int k = 0; k < node_count; ++k) {
+      t[k] = std::exp(first_node + k);
+      weight[k] = 1 / (2 * std::sqrt(std::numbers::pi * t[k]));
+      reference[k] = exp_minus(t[k]);
+    }
+  }
 };
 
 const Rule& rule() {
@@ -42,59 +67,128 @@ SpeedFunction without_folding(double speed) {
   return {speed, 1 / speed, speed * rule().weight, rule().moment / speed};
 }
 
-template <int n>
-struct Average {
-  Eigen::Matrix<double, n, 1> mean;
-  Eigen::Matrix<double, n, n> per_velocity;
+// With C the covariance, (1 + 2 t C)^-1 = (1 + 2 t A + 4 t^2 B)/(1 + 2 t tr C + 4 t^2 tr B + 8 t^3 det C),
+// A = tr C - C and B the adjugate of C: no principal axes are needed. Across an axis all of that is of
+// the plane there: identity is that of the plane, and B, which points out of it, meets nothing and is left
+// out.
+struct Cloud {
+  Vec3 mean;
+  Mat3 covariance, identity, a, b;
+  double trace, trace_b, determinant;
 };
 
-template <int n>
-double mean_square(const Eigen::Matrix<double, n, 1>& mean, const Eigen::Matrix<double, n, 1>& variance) {
-  return mean.squaredNorm() + variance.sum();
+double at_least_zero(double x) { return x < 0 ? 0 : x; }  // what is not a number stays so
+
+Mat3 adjugate(const Mat3& m) {
+  Mat3 result;
+  for (int i = 0; i < 3; ++i) result.row(i) = m.col((i + 1) % 3).cross(m.col((i + 2) % 3)).transpose();
+  return result;
 }
 
-// Of h(|v|^2) v in the principal axes of the gusts. With q_i = 1/(1 + 2 t s_i^2) and
-// p = E exp(-t |v|^2) = prod sqrt(q_i) exp(-t m_i^2 q_i), Gaussian integrals give E v_i exp(-t |v|^2) =
-// m_i q_i p, and the derivative of that by m_j is (delta_ij - 2 t m_i q_i m_j) q_j p. What
+// In space. Eigenvalues are 0 or more where all coefficients of their polynomial are.
+Cloud cloud_of(const GustStatistics& gusts) {
+  const auto with = [&](const Mat3& c) {
+    const Mat3 b = adjugate(c);
+    return Cloud{gusts.mean, c,         Mat3::Identity(), c.trace() * Mat3::Identity() - c,
+                 b,          c.trace(), b.trace(),        c.row(0).dot(b.col(0))};
+  };
+  Cloud cloud = with(gusts.covariance);
+  if (cloud.trace < 0 || cloud.trace_b < 0 || cloud.determinant < 0) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> principal(gusts.covariance);
+    const Mat3& axes = principal.eigenvectors();
+    cloud = with(axes * principal.eigenvalues().cwiseMax(0).asDiagonal() * axes.transpose());
+  }
+  cloud.trace_b = at_least_zero(cloud.trace_b);
+  cloud.determinant = at_least_zero(cloud.determinant);
+  return cloud;
+}
+
+Cloud across(const Cloud& cloud, const Vec3& axis) {
+  const Mat3 along = axis * axis.transpose(), across = Mat3::Identity() - along;
+  const Vec3 mixed = cloud.covariance * axis;
+  const double own = axis.dot(mixed), trace = at_least_zero(cloud.trace - own);
+  const Mat3 covariance =
+      cloud.covariance - axis * mixed.transpose() - mixed * axis.transpose() + own * along;
+  return {cloud.mean - axis.dot(cloud.mean) * axis,
+          covariance,
+          across,
+          trace * across - covariance,
+          Mat3::Zero(),
+          trace,
+          at_least_zero(axis.dot(cloud.b * axis)),
+          0};
+}
+
+double mean_square(const Cloud& cloud) { return cloud.mean.squaredNorm() + cloud.trace; }
+
+// In u = 2 t R^2, from the constant up: of det(1 + u C/R^2), and of that times m (1 + u C/R^2)^-1 m/R^2.
+struct Polynomials {
+  double determinant[4], exponent[3];
+};
+
+// Over the nodes, with q their weight times p: of the weight times exp(-t R^2) less q, of u q and u^2 q, of
+// u (q/det less that again), and of u^2 q/det to u^5 q/det.
+constexpr int sum_count = 8;
+using Sums = std::array<double, sum_count>;
+
+// In halves: the order in which vectors add up, whatever their width.
+TREMULA_INLINE double sum_of_nodes(double* terms) {
+  for (int k = 0; k < 8; ++k) terms[k] += terms[k + 8];
+  for (int k = 0; k < 4; ++k) terms[k] += terms[k + 4];
+  for (int k = 0; k < 2; ++k) terms[k] += terms[k + 2];
+  return terms[0] + terms[1];
+}
+
+TREMULA_CLONES void sum_over_nodes(const Nodes& weight, const Polynomials& of, Sums& sums) {
+  const Rule& nodes = rule();
+  const auto [d0, d1, d2, d3] = of.determinant;
+  const auto [e0, e1, e2] = of.exponent;
+  double terms[sum_count][padded_count];
+  for (int k = 0; k < padded_count; ++k) {
+    const double t = nodes.t[k], u = 2 * t, u2 = u * u;
+    const double inverse = 1 / (d0 + u * (d1 + u * (d2 + u * d3)));
+    const double exponent = t * (e0 + u * (e1 + u * e2)) * inverse;
+    const double q = weight[k] * inverse * std::sqrt(inverse) * exp_minus(exponent);
+    const double given = weight[k] * nodes.reference[k], again = q * inverse;
+    terms[0][k] = given - q;
+    terms[1][k] = u * q;
+    terms[2][k] = u2 * q;
+    terms[3][k] = u * (again - given);
+    terms[4][k] = u2 * again;
+    terms[5][k] = u2 * u * again;
+    terms[6][k] = u2 * u2 * again;
+    terms[7][k] = u2 * u2 * u * again;
+  }
+  for (int i = 0; i < sum_count; ++i) sums[static_cast<std::size_t>(i)] = sum_of_nodes(terms[i]);
+}
+
+// Of h(|v|^2) v. With Q = (1 + 2 t C)^-1 and p = E exp(-t |v|^2) = sqrt(det Q) exp(-t m Q m), Gaussian
+// integrals give E v exp(-t |v|^2) = p Q m, and the derivative of that by m is p Q - 2 t p Q m (Q m)^T. What
 // exp(-t R^2) gives is known, h(R^2) and h'(R^2); the rule has the difference only, nothing without gusts.
-template <int n>
-Average<n> average_in_principal_axes(const Eigen::Matrix<double, n, 1>& mean,
-                                     const Eigen::Matrix<double, n, 1>& variance,
-                                     const SpeedFunction& function) {
-  const Nodes t = rule().t / mean_square<n>(mean, variance);
-  Eigen::Array<double, node_count, n> q;
-  Nodes product = Nodes::Ones(), exponent = Nodes::Zero();
-  for (int i = 0; i < n; ++i) {
-    q.col(i) = 1 / (1 + 2 * variance[i] * t);
-    product *= q.col(i);
-    exponent += mean[i] * mean[i] * q.col(i);
-  }
-  const Nodes p = product.sqrt() * (-t * exponent).exp();
-  Average<n> result;
-  for (int i = 0; i < n; ++i) {
-    const Nodes left = q.col(i) * p;
-    const double force = function.value + (function.weight * (rule().reference - left)).sum() +
-                         2 * variance[i] * function.moment;
-    result.mean[i] = mean[i] * force;
-    for (int j = 0; j <= i; ++j) {
-      const double slope =
-          function.twice_slope + 2 * (t * function.weight * (left * q.col(j) - rule().reference)).sum();
-      result.per_velocity(i, j) = result.per_velocity(j, i) = mean[i] * mean[j] * slope;
-    }
-    result.per_velocity(i, i) += force;
-  }
+AverageForce average(const Cloud& cloud, const SpeedFunction& function) {
+  const Vec3 &m = cloud.mean, am = cloud.a * m, bm = cloud.b * m;
+  const double r = 1 / mean_square(cloud), r2 = r * r;
+  Sums sums;
+  sum_over_nodes(function.weight,
+                 {{1, r * cloud.trace, r2 * cloud.trace_b, r2 * r * cloud.determinant},
+                  {r * m.squaredNorm(), r2 * m.dot(am), r2 * r * m.dot(bm)}},
+                 sums);
+  AverageForce result;
+  result.per_velocity = (function.value + sums[0]) * cloud.identity + 2 * function.moment * cloud.covariance -
+                        r * sums[1] * cloud.a - r2 * sums[2] * cloud.b;
+  result.mean = result.per_velocity * m;
+  const Vec3 of_m = (function.twice_slope + r * sums[3]) * m + r2 * sums[4] * am + r2 * r * sums[5] * bm;
+  const Vec3 of_am = r2 * sums[4] * m + r2 * r * sums[5] * am + r2 * r2 * sums[6] * bm;
+  const Vec3 of_bm = r2 * r * sums[5] * m + r2 * r2 * sums[6] * am + r2 * r2 * r * sums[7] * bm;
+  result.per_velocity += m * of_m.transpose() + am * of_am.transpose() + bm * of_bm.transpose();
   return result;
 }
 
 AverageForce average_in_space(const GustStatistics& gusts, const auto& function_at) {
-  Eigen::SelfAdjointEigenSolver<Mat3> principal;
-  principal.computeDirect(gusts.covariance);
-  const Mat3& axes = principal.eigenvectors();
-  const Vec3 variance = principal.eigenvalues().cwiseMax(0), mean = axes.transpose() * gusts.mean;
-  const double square = mean_square<3>(mean, variance);
+  const Cloud cloud = cloud_of(gusts);
+  const double square = mean_square(cloud);
   if (square == 0) return {};
-  const Average<3> average = average_in_principal_axes<3>(mean, variance, function_at(std::sqrt(square)));
-  return {axes * average.mean, axes * average.per_velocity * axes.transpose()};
+  return average(cloud, function_at(std::sqrt(square)));
 }
 
 // The mixture of a folding law is tabulated in ln(t U_f^2), four steps to one of the rule.
@@ -176,23 +270,10 @@ FoldingMixture mix_folding(const FoliageLaw& law) {
 }
 
 AverageForce average_drag_across(const Vec3& axis, const GustStatistics& gusts) {
-  Eigen::Matrix<double, 3, 2> across;
-  across.col(0) = axis.unitOrthogonal();
-  across.col(1) = axis.cross(across.col(0));
-  // Principal axes of the gusts across, in closed form.
-  const Eigen::Matrix2d covariance = across.transpose() * gusts.covariance * across;
-  const double half_difference = 0.5 * (covariance(0, 0) - covariance(1, 1)), shear = covariance(0, 1);
-  const double angle = 0.5 * std::atan2(shear, half_difference), c = std::cos(angle), s = std::sin(angle);
-  Eigen::Matrix2d turn;
-  turn << c, -s, s, c;
-  const Eigen::Matrix<double, 3, 2> axes = across * turn;
-  const double middle = 0.5 * covariance.trace(), radius = std::hypot(half_difference, shear);
-  const Eigen::Vector2d variance = Eigen::Vector2d(middle + radius, middle - radius).cwiseMax(0);
-  const Eigen::Vector2d mean = axes.transpose() * gusts.mean;
-  const double square = mean_square<2>(mean, variance);
+  const Cloud cloud = across(cloud_of(gusts), axis);
+  const double square = mean_square(cloud);
   if (square == 0) return {};
-  const Average<2> average = average_in_principal_axes<2>(mean, variance, without_folding(std::sqrt(square)));
-  return {axes * average.mean, axes * average.per_velocity * axes.transpose()};
+  return average(cloud, without_folding(std::sqrt(square)));
 }
 
 AverageForce average_drag(const GustStatistics& gusts) { return average_in_space(gusts, without_folding); }

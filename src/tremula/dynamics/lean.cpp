@@ -1,9 +1,14 @@
 #include "tremula/dynamics/lean.hpp"
 
+#include "tremula/base/error.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <string>
+#include <utility>
 #include <vector>
+
+#include <tbb/parallel_for.h>
 
 namespace tremula {
 namespace {
@@ -16,7 +21,7 @@ std::vector<GustStatistics> wind_of_points(const WindAt& wind, const Eigen::Matr
 
 // (S) What the sites leave of the wind for each other. The drag of leaves that fold depends on the wind that
 // is left of `before`.
-Eigen::VectorXd shares_of_wind(const Sites& sites, const Eigen::Matrix3Xd& places,
+Eigen::VectorXd shares_of_wind(const std::vector<Site>& sites, const Eigen::Matrix3Xd& places,
                                const std::vector<GustStatistics>& wind, const LoadLaw& law,
                                const ShelterOptions& options, const Eigen::VectorXd& before) {
   Vec3 mean = Vec3::Zero();
@@ -24,13 +29,11 @@ Eigen::VectorXd shares_of_wind(const Sites& sites, const Eigen::Matrix3Xd& place
   if (!options.on || mean.norm() == 0) return Eigen::VectorXd::Ones(before.size());
   Eigen::VectorXd areas(before.size());
   for (Eigen::Index s = 0; s < areas.size(); ++s) {
-    const Site& site = sites.sites[index_of(s)];
+    const Site& site = sites[index_of(s)];
     areas[s] = drag_area(site, before[s] * wind[index_of(site.point)].mean, law);
   }
   return find_shelter(places, areas, mean.normalized(), options);
 }
-
-constexpr int most_rounds = 20;
 
 // (S) What shelter leaves of the wind, found in rounds: less wind folds fewer leaves, which leave less of it.
 // The two last rounds tell where the next would make no difference (Anderson 1965, J. ACM 12, with a memory
@@ -38,9 +41,8 @@ constexpr int most_rounds = 20;
 struct Shares {
   Eigen::VectorXd now, last = {}, last_change = {};
 
-  // True where nothing changes any more.
-  bool settle(const Eigen::VectorXd& left) {
-    constexpr double settled = 1e-4;  // of the wind
+  // The largest change.
+  double follow(const Eigen::VectorXd& left) {
     const Eigen::VectorXd change = left - now;
     double back = 0;  // of the way to the last
     if (last.size() > 0) {
@@ -53,9 +55,19 @@ struct Shares {
     last = std::move(now);
     last_change = change;
     now = next.cwiseMax(0).cwiseMin(1);
-    return change.cwiseAbs().maxCoeff() < settled;
+    return change.size() > 0 ? change.cwiseAbs().maxCoeff() : 0;
   }
 };
+constexpr double settled_share = 1e-4;  // of the wind
+
+// Of a structure that hardly moves any more.
+void check_round(int round, double change) {
+  constexpr int most_rounds = 100;
+  if (round <= most_rounds) return;
+  throw Error("lean: wind and crown do not settle with each other: after " + std::to_string(most_rounds) +
+              " rounds the wind at leaves and branches still changes by " + std::to_string(change) +
+              " of itself; choose another wind, or no shelter");
+}
 
 // Where each site is on members that stand straight.
 Eigen::Matrix3Xd places_of(const Structure& structure, const Sites& sites) {
@@ -73,8 +85,11 @@ Lean small_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   const std::vector<GustStatistics> at_points = wind_of_points(wind, lean.sites.points);
   const Eigen::Matrix3Xd places = places_of(structure, lean.sites);
   Shares share{Eigen::VectorXd::Ones(places.cols())};
-  for (int round = 0; round < most_rounds; ++round) {
-    if (share.settle(shares_of_wind(lean.sites, places, at_points, law, options.shelter, share.now))) break;
+  for (int round = 1;; ++round) {
+    const double change =
+        share.follow(shares_of_wind(lean.sites.sites, places, at_points, law, options.shelter, share.now));
+    if (change < settled_share) break;
+    check_round(round, change);
   }
   lean.loads = find_loads(lean.sites, at_points, law, share.now);
   lean.displacement = structure.flexibility(mean_force(lean.sites, lean.loads));
@@ -85,51 +100,62 @@ Lean small_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
 class DragOnBranches {
  public:
   DragOnBranches(const BeamTree& tree, const Sites& sites, const WindAt& wind, const LoadLaw& law)
-      : tree_(tree), sites_(sites), wind_(wind), law_(law), first_(tree.parent.size() + 1, 0) {
-    for (const Site& site : sites.sites) ++first_[index_of(site.point) + 1];
+      : tree_(tree),
+        at_rest_(sites.sites),
+        wind_at_(wind),
+        law_(law),
+        first_(tree.parent.size() + 1, 0),
+        shapes_(at_rest_.size()),
+        sites_(at_rest_),
+        places_(3, static_cast<Eigen::Index>(at_rest_.size())),
+        wind_(tree.parent.size()) {
+    for (const Site& site : at_rest_) ++first_[index_of(site.point) + 1];
     for (std::size_t k = 1; k < first_.size(); ++k) first_[k] += first_[k - 1];
+    tbb::parallel_for(std::size_t{0}, at_rest_.size(), [&](std::size_t s) {
+      shapes_[s] = shape_at(tree_.members[index_of(at_rest_[s].point)].beam, at_rest_[s].place);
+    });
   }
 
+  // Where the sites are on the tree as it stands, and in what wind.
+  void look_at(const std::vector<BentBranch>& bent) {
+    tbb::parallel_for(std::size_t{0}, bent.size(), [&](std::size_t k) {
+      const BentCurve curve = curve_of(tree_.members[k], bent[k]);
+      wind_[k] = wind_at_(static_cast<Eigen::Index>(k), position_on(curve, 0.5));
+      for (std::size_t s = first_[k]; s < first_[k + 1]; ++s) {
+        const Site& site = at_rest_[s];
+        sites_[s].axis = site.kind == SiteKind::cylinder ? direction_on(curve, site.place)
+                                                         : point_on(curve, site.place).frame * site.axis;
+        places_.col(static_cast<Eigen::Index>(s)) = position_on(curve, site.place);
+      }
+    });
+  }
+
+  // On a branch of that tree.
   EndLoads on(int k, const BentBranch& branch, const Eigen::VectorXd& share) const {
-    const Member& member = tree_.members[index_of(k)];
-    const GustStatistics here = wind_(k, point_on(member, branch, 0.5).position);
+    const Vec3 direction = branch.chord_frame * tree_.members[index_of(k)].direction;
     EndLoads loads;
     for (std::size_t s = first_[index_of(k)]; s < first_[index_of(k) + 1]; ++s) {
-      Site site = sites_.sites[s];
-      site.axis = point_on(member, branch, site.place).frame * site.axis;
-      const SiteLoad load = load_on(site, here, share[static_cast<Eigen::Index>(s)], law_);
-      add_force(member, branch, site.place, load.mean, load.turning, loads);
+      const SiteLoad load = load_on(sites_[s], wind_[index_of(k)], share[static_cast<Eigen::Index>(s)], law_);
+      add_force(shapes_[s], direction, load.mean, load.turning, loads);
     }
     return loads;
   }
 
-  // What shelters what on the bent tree.
-  Eigen::VectorXd shares(const std::vector<BentBranch>& bent, const ShelterOptions& options,
-                         const Eigen::VectorXd& before) const {
-    Sites turned{.points = Eigen::Matrix3Xd(3, sites_.points.cols()),
-                 .sites = sites_.sites,
-                 .motion = {},
-                 .turning = {},
-                 .gather = {}};
-    Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(turned.sites.size()));
-    for (std::size_t k = 0; k < bent.size(); ++k)
-      turned.points.col(static_cast<Eigen::Index>(k)) = point_on(tree_.members[k], bent[k], 0.5).position;
-    for (std::size_t s = 0; s < turned.sites.size(); ++s) {
-      Site& site = turned.sites[s];
-      const BentPoint point =
-          point_on(tree_.members[index_of(site.point)], bent[index_of(site.point)], site.place);
-      site.axis = point.frame * site.axis;
-      places.col(static_cast<Eigen::Index>(s)) = point.position;
-    }
-    return shares_of_wind(turned, places, wind_of_points(wind_, turned.points), law_, options, before);
+  // What shelters what on that tree.
+  Eigen::VectorXd shares(const ShelterOptions& options, const Eigen::VectorXd& before) const {
+    return shares_of_wind(sites_, places_, wind_, law_, options, before);
   }
 
  private:
   const BeamTree& tree_;
-  const Sites& sites_;
-  const WindAt& wind_;
+  const std::vector<Site>& at_rest_;
+  const WindAt& wind_at_;
   const LoadLaw& law_;
   std::vector<std::size_t> first_;  // site of every branch
+  std::vector<Shape> shapes_;       // of the branches at the sites
+  std::vector<Site> sites_;
+  Eigen::Matrix3Xd places_;           // of them [m]
+  std::vector<GustStatistics> wind_;  // of the branches
 };
 
 double farthest(const std::vector<BentBranch>& a, const std::vector<BentBranch>& b) {
@@ -163,13 +189,13 @@ std::vector<PointForce> drag_of_sites(const Lean& lean) {
   return forces;
 }
 
-// In turn, what the crown leaves of the wind and how the tree stands in it.
+// What the crown leaves of the wind changes in every step of the search for how the tree stands in it.
 Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& law,
                 const LeanOptions& options) {
-  constexpr double settled = 1e-5;  // of the size of the tree
+  constexpr double near = 1e-2, settled = 1e-5;  // of the size of the tree
   const BeamTree& tree = *structure.tree;
   const Sites sites = structure.find_sites();
-  const DragOnBranches drag(tree, sites, wind, law);
+  DragOnBranches drag(tree, sites, wind, law);
   Shares share{Eigen::VectorXd::Ones(static_cast<Eigen::Index>(sites.sites.size()))};
   const bool heavy = !structure.weight.per_volume.empty();
   const DeadLoadsOnBranches weight(
@@ -181,22 +207,27 @@ Lean large_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   };
   const Eigen::VectorXd straight = Eigen::VectorXd::Zero(tree.size());
   std::vector<BentBranch> bent = bend(tree, straight);
-  EquilibriumOptions search{.tolerance = 1e-8};
+  EquilibriumOptions search{.tolerance = 1e-7};
   if (heavy) search.at_rest = weight_at_rest(tree, weight, bent);
   const double size = size_of(bent);
-  Equilibrium rest;
-  for (int round = 0; round < most_rounds; ++round) {
-    const bool calm = share.settle(drag.shares(bent, options.shelter, share.now));
-    rest = find_equilibrium(tree, loads, search);
-    const double went = farthest(rest.bent, bent);
-    search.start = rest.strains;
-    bent = rest.bent;
-    if ((calm && went < settled * size) || !options.shelter.on) break;
-  }
+  bool calm = !options.shelter.on;
+  int round = 0;
+  search.on_shape = [&](const std::vector<BentBranch>& now) {
+    drag.look_at(now);
+    const double went = farthest(now, bent);
+    if (!options.shelter.on || (calm && went < settled * size)) return true;
+    bent = now;
+    const double change = share.follow(drag.shares(options.shelter, share.now));
+    calm = change < settled_share;
+    if (!calm && went < near * size) check_round(++round, change);
+    return false;
+  };
+  Equilibrium rest = find_equilibrium(tree, loads, search);
+  bent = std::move(rest.bent);
   const bool moved = !rest.strains.isZero(0);  // in calm air all is where it was, to the bit
   Lean lean{.displacement = moved ? displacement_of(tree, bent) : straight,
             .structure = {},
-            .sites = moved ? bent_structure(structure, bent).find_sites() : sites,
+            .sites = moved ? bent_sites(structure, bent) : sites,
             .loads = {},
             .strains = std::move(rest.strains),
             .wrenches = std::move(rest.wrenches)};

@@ -41,7 +41,7 @@ struct Lean {
   Wrenches wrenches = {};
 };
 
-// Throws as load_law, find_shelter and find_equilibrium do.
+// Throws as load_law, find_shelter and find_equilibrium do, and Error where shelter and shape do not settle.
 Lean find_lean(const Structure& structure, const WindAt& wind, const LoadOptions& loads,
                const LeanOptions& options = {});
 

@@ -4,11 +4,14 @@
 #include "tremula/base/error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
 #include <span>
 #include <string>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace tremula {
@@ -23,7 +26,6 @@ struct Grid {
 
 // The share that a site has in a column.
 struct Entry {
-  std::int64_t column;
   int rank;  // of the site in Grid::downwind
   double weight;
 };
@@ -65,23 +67,53 @@ Grid lay_grid(const Eigen::Matrix3Xd& places, const Vec3& direction, double cell
 }
 
 // Column by column, downwind in each: memory goes with the sites, whatever the room between them.
-std::vector<Entry> share_among_columns(const Grid& grid) {
+struct Columns {
   std::vector<Entry> entries;
-  entries.reserve(4 * grid.downwind.size());
+  std::vector<std::size_t> first;  // entry of each column, and behind the last
+};
+
+// The four columns about a cell, by their numbers.
+class ColumnsAboutCells {
+ public:
+  const std::array<int, 4>& about(std::int64_t i, std::int64_t j) {
+    const auto [cell, is_new] = about_.try_emplace(key(i, j));
+    if (is_new) {
+      for (int corner = 0; corner < 4; ++corner)
+        cell->second[index_of(corner)] = number_of(i + (corner & 1), j + (corner >> 1));
+    }
+    return cell->second;
+  }
+  std::size_t count() const { return numbers_.size(); }
+
+ private:
+  static std::int64_t key(std::int64_t i, std::int64_t j) { return i * (std::int64_t{1} << 32) + j; }
+  int number_of(std::int64_t i, std::int64_t j) {
+    return numbers_.try_emplace(key(i, j), static_cast<int>(numbers_.size())).first->second;
+  }
+
+  std::unordered_map<std::int64_t, std::array<int, 4>> about_;
+  std::unordered_map<std::int64_t, int> numbers_;
+};
+
+Columns share_among_columns(const Grid& grid) {
+  ColumnsAboutCells cells;
+  std::vector<std::pair<int, Entry>> downwind;  // and the column
+  downwind.reserve(4 * grid.downwind.size());
   for (std::size_t rank = 0; rank < grid.downwind.size(); ++rank) {
     const Eigen::Array2d place = grid.across.col(grid.downwind[rank]), low = place.floor(), x = place - low;
-    const auto first = low.cast<std::int64_t>().eval();
+    const std::array<int, 4>& about =
+        cells.about(static_cast<std::int64_t>(low[0]), static_cast<std::int64_t>(low[1]));
     for (int corner = 0; corner < 4; ++corner) {
-      const int i = corner & 1, j = corner >> 1;
-      const std::int64_t column = (first[0] + i) * (std::int64_t{1} << 32) + first[1] + j;
-      const double weight = (i == 0 ? 1 - x[0] : x[0]) * (j == 0 ? 1 - x[1] : x[1]);
-      entries.push_back({column, static_cast<int>(rank), weight});
+      const double weight = ((corner & 1) == 0 ? 1 - x[0] : x[0]) * (corner >> 1 == 0 ? 1 - x[1] : x[1]);
+      downwind.push_back({about[index_of(corner)], {static_cast<int>(rank), weight}});
     }
   }
-  std::ranges::sort(entries, [](const Entry& a, const Entry& b) {
-    return a.column != b.column ? a.column < b.column : a.rank < b.rank;
-  });
-  return entries;
+  Columns columns{std::vector<Entry>(downwind.size()), std::vector<std::size_t>(cells.count() + 1, 0)};
+  for (const auto& [column, entry] : downwind) ++columns.first[index_of(column) + 1];
+  std::partial_sum(columns.first.begin(), columns.first.end(), columns.first.begin());
+  std::vector<std::size_t> next(columns.first.begin(), columns.first.end() - 1);
+  for (const auto& [column, entry] : downwind) columns.entries[next[index_of(column)]++] = entry;
+  return columns;
 }
 
 // For each of the places (ascending) the depths of those before it: in full from `ramp` cells on.
@@ -120,9 +152,10 @@ void blow_through(std::span<const Entry> column, const Grid& grid, const Eigen::
   const std::vector<double> before = sum_before(places, depths);
   const std::vector<double> behind = sum_before(upwind_places, upwind_depths);
   for (std::size_t k = 0; k < count; ++k) {
-    const double thrust = induction ? -std::expm1(-2 * (before[k] + behind[count - 1 - k])) : 0;
+    const double left = std::exp(-before[k]), behind_it = std::exp(-behind[count - 1 - k]);
+    const double through = left * behind_it, thrust = induction ? 1 - through * through : 0;
     // (1 - i)^2 thrust = 4 i (1 - i)
-    shelter[site(k)] += column[k].weight * std::exp(-before[k]) * 4 / (4 + thrust);
+    shelter[site(k)] += column[k].weight * left * 4 / (4 + thrust);
   }
 }
 
@@ -134,13 +167,11 @@ Eigen::VectorXd find_shelter(const Eigen::Matrix3Xd& places, const Eigen::Vector
   check_direction(direction);
   if (!options.on || places.cols() == 0) return Eigen::VectorXd::Ones(places.cols());
   const Grid grid = lay_grid(places, direction, options.cell);
-  const std::vector<Entry> entries = share_among_columns(grid);
+  const Columns columns = share_among_columns(grid);
   Eigen::VectorXd shelter = Eigen::VectorXd::Zero(places.cols());
-  for (std::size_t first = 0, last; first < entries.size(); first = last) {
-    last = first + 1;
-    while (last < entries.size() && entries[last].column == entries[first].column) ++last;
-    blow_through({entries.data() + first, last - first}, grid, drag_area, options.cell * options.cell,
-                 options.induction, shelter);
+  for (std::size_t k = 0; k + 1 < columns.first.size(); ++k) {
+    blow_through({&columns.entries[columns.first[k]], columns.first[k + 1] - columns.first[k]}, grid,
+                 drag_area, options.cell * options.cell, options.induction, shelter);
   }
   return shelter.cwiseMin(1);
 }

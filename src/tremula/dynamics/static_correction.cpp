@@ -5,14 +5,62 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
+#include <tbb/parallel_for.h>
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 
 namespace tremula {
+namespace {
+
+// What the turning of the sites adds to the forces on the rows of the structure.
+Eigen::VectorXd force_of_turning(const Sites& sites, const Loads& loads,
+                                 const Eigen::VectorXd& displacement) {
+  Eigen::Matrix3Xd forces(3, static_cast<Eigen::Index>(sites.sites.size()));
+  const std::vector<SiteBlock> blocks = cut_between_points(sites);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    const auto [first, last] = blocks[block];
+    const Eigen::MatrixXd turns = sites.turning(first, last, displacement);
+    for (std::size_t s = first; s < last; ++s) {
+      forces.col(static_cast<Eigen::Index>(s)) =
+          loads.sites[s].turning * turns.middleRows<3>(3 * static_cast<Eigen::Index>(s - first));
+    }
+  });
+  return sites.gather(forces);
+}
+
+// x = K^-1 (f + T x) from x_0 = K^-1 f: the least residual over the vectors that K^-1 T makes of x_0 (GMRES,
+// Saad & Schultz 1986). Few do, for drag that turns is no stiffer than what it bends.
+Eigen::VectorXd turned_in_wind(const Structure& structure, const Sites& sites, const Loads& loads,
+                               Eigen::VectorXd unturned) {
+  constexpr int most_vectors = 12;
+  constexpr double settled = 1e-4;
+  const double size = unturned.norm();
+  if (size == 0) return unturned;
+  Eigen::MatrixXd basis(unturned.size(), most_vectors), images(unturned.size(), most_vectors);
+  basis.col(0) = unturned / size;
+  Eigen::VectorXd best = unturned;
+  for (int k = 0; k < most_vectors; ++k) {
+    images.col(k) = basis.col(k) - structure.flexibility(force_of_turning(sites, loads, basis.col(k)));
+    const auto so_far = images.leftCols(k + 1);
+    const Eigen::VectorXd parts = so_far.householderQr().solve(unturned);
+    best = basis.leftCols(k + 1) * parts;
+    if ((so_far * parts - unturned).norm() < settled * size || k + 1 == most_vectors) break;
+    Eigen::VectorXd next = images.col(k);
+    for (int pass = 0; pass < 2; ++pass)
+      next -= basis.leftCols(k + 1) * (basis.leftCols(k + 1).transpose() * next);
+    if (!(next.norm() > 1e-12)) break;
+    basis.col(k + 1) = next.normalized();
+  }
+  return best;
+}
+
+}  // namespace
 
 StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
-                           const Modes& modes) {
+                           const Modes& modes, bool turning) {
   check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
   check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
   constexpr double negligible = 1e-10;  // of the elastic energy under the load
@@ -21,8 +69,12 @@ StaticShapes static_shapes(const Structure& structure, const Sites& sites, const
   for (int direction = 0; direction < 3; ++direction) {
     Eigen::Matrix3Xd gust = Eigen::Matrix3Xd::Zero(3, sites.point_count());
     gust.row(direction).setOnes();
-    const Eigen::VectorXd force = fluctuating_force(sites, loads, gust);
-    const Eigen::VectorXd exact = structure.flexibility(force);
+    Eigen::VectorXd force = fluctuating_force(sites, loads, gust);
+    Eigen::VectorXd exact = structure.flexibility(force);
+    if (turning) {
+      exact = turned_in_wind(structure, sites, loads, std::move(exact));
+      force += force_of_turning(sites, loads, exact);
+    }
     const Eigen::VectorXd modal = modes.shapes.transpose() * force;
     const Eigen::VectorXd by_modes = modes.shapes * flexibility.cwiseProduct(modal);
     const Eigen::VectorXd left = exact - by_modes;

@@ -22,7 +22,9 @@ struct StaticShapes {
 // Up to three: with them, the static deflection under a gust that is the same everywhere, in any direction,
 // is the exact K^-1 f of the loads, however few the modes (residual flexibility; load-dependent vectors of
 // Wilson, Yuan & Dickens 1982, Earthquake Eng. Struct. Dyn. 10). None where the modes already say all.
+// turning: the loads change as the structure turns in the wind, and the deflection is that of
+// aerodynamic_stiffness besides K.
 StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
-                           const Modes& modes);
+                           const Modes& modes, bool turning = false);
 
 }  // namespace tremula

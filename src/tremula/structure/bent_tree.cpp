@@ -4,6 +4,7 @@
 #include "tremula/numerics/rotation.hpp"
 
 #include <cmath>
+#include <optional>
 
 #include <Eigen/LU>
 
@@ -150,24 +151,63 @@ BeamTree tree_at(const BeamTree& tree, const std::vector<BentBranch>& bent) {
   return standing;
 }
 
-BentPoint point_on(const Member& member, const BentBranch& branch, double s) {
+BentCurve curve_of(const Member& member, const BentBranch& branch) {
   const Vec3& d = member.direction;
-  const double s2 = s * s, s3 = s2 * s;
   const Foot foot = foot_of(member, branch);
   const bool rigid = foot.rotation.isZero(0);
-  const Mat3 first = rigid ? branch.start_frame : Mat3(branch.start_frame * rotation_matrix(foot.rotation));
-  const Vec3 start = branch.start + branch.start_frame * foot.translation;
-  const double length = (branch.end - start).norm();
-  const Vec3 slope0 = length * (first * d), slope1 = length * (branch.end_frame * d);
-  const Vec3 position = (1 - 3 * s2 + 2 * s3) * start + (s - 2 * s2 + s3) * slope0 +
-                        (3 * s2 - 2 * s3) * branch.end + (s3 - s2) * slope1;
-  const Vec3 along =
-      (6 * s2 - 6 * s) * (start - branch.end) + (1 - 4 * s + 3 * s2) * slope0 + (3 * s2 - 2 * s) * slope1;
-  // Between the frames of the ends by even turning, and from there the shortest way into the curve.
-  const Mat3 between = first * rotation_matrix(s * rotation_vector(first.transpose() * branch.end_frame));
+  BentCurve curve{.start = branch.start + branch.start_frame * foot.translation,
+                  .end = branch.end,
+                  .start_frame = branch.start_frame,
+                  .direction = d};
+  if (!rigid) curve.start_frame *= rotation_matrix(foot.rotation);
+  const double length = (curve.end - curve.start).norm();
+  curve.start_slope = length * (curve.start_frame * d);
+  curve.end_slope = length * (branch.end_frame * d);
+  curve.turn = rotation_vector(curve.start_frame.transpose() * branch.end_frame);
+  return curve;
+}
+
+Vec3 position_on(const BentCurve& curve, double s) {
+  const double s2 = s * s, s3 = s2 * s;
+  return (1 - 3 * s2 + 2 * s3) * curve.start + (s - 2 * s2 + s3) * curve.start_slope +
+         (3 * s2 - 2 * s3) * curve.end + (s3 - s2) * curve.end_slope;
+}
+
+namespace {
+
+// Along the axis by s, or nothing where the curve has a cusp.
+std::optional<Vec3> slope_on(const BentCurve& curve, double s) {
+  const double s2 = s * s;
+  const Vec3 along = (6 * s2 - 6 * s) * (curve.start - curve.end) + (1 - 4 * s + 3 * s2) * curve.start_slope +
+                     (3 * s2 - 2 * s) * curve.end_slope;
   const double size = along.norm();
-  if (!(size > 1e-9 * length)) return {position, between};
-  return {position, shortest_turn(between * d, along / size) * between};
+  if (!(size > 1e-9 * curve.end_slope.norm())) return {};
+  return along / size;
+}
+
+// Between the frames of the ends by even turning.
+Mat3 frame_between(const BentCurve& curve, double s) {
+  return curve.start_frame * rotation_matrix(s * curve.turn);
+}
+
+}  // namespace
+
+Vec3 direction_on(const BentCurve& curve, double s) {
+  if (const std::optional<Vec3> slope = slope_on(curve, s)) return *slope;
+  return frame_between(curve, s) * curve.direction;
+}
+
+// The frame between those of the ends, and from there the shortest way into the curve.
+BentPoint point_on(const BentCurve& curve, double s) {
+  const Mat3 between = frame_between(curve, s);
+  const std::optional<Vec3> slope = slope_on(curve, s);
+  const Vec3 position = position_on(curve, s);
+  if (!slope) return {position, between};
+  return {position, shortest_turn(between * curve.direction, *slope) * between};
+}
+
+BentPoint point_on(const Member& member, const BentBranch& branch, double s) {
+  return point_on(curve_of(member, branch), s);
 }
 
 }  // namespace tremula

@@ -56,4 +56,18 @@ struct BentPoint {
 };
 BentPoint point_on(const Member& member, const BentBranch& branch, double s);
 
+// The same in two steps, for whoever asks about many sections of a branch.
+struct BentCurve {
+  Vec3 start = Vec3::Zero(), end = Vec3::Zero();              // of the axis [m]
+  Vec3 start_slope = Vec3::Zero(), end_slope = Vec3::Zero();  // by s [m]
+  Mat3 start_frame = Mat3::Identity();
+  Vec3 turn = Vec3::Zero();        // rotation vector from the start to the end, in the axes of the start
+  Vec3 direction = Vec3::UnitX();  // at rest
+};
+BentCurve curve_of(const Member& member, const BentBranch& branch);
+BentPoint point_on(const BentCurve& curve, double s);
+// Less of it: the position alone, and the unit vector along the axis, frame * direction.
+Vec3 position_on(const BentCurve& curve, double s);
+Vec3 direction_on(const BentCurve& curve, double s);
+
 }  // namespace tremula

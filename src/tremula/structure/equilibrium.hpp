@@ -30,10 +30,11 @@ struct EndLoads {
   std::optional<EndGrowth> growth = {};
 };
 
-// Adds a force on the axis at s, and how it grows when the section there turns [N/rad], shared by the ends as
-// the shape functions of the straight beam share it (point_shape, turn_shape).
-void add_force(const Member& member, const BentBranch& branch, double s, const Vec3& force,
-               const Mat3& turning, EndLoads& loads);
+// Adds a force on the axis where the beam has this shape (shape_at), and how it grows when the section there
+// turns [N/rad], shared by the ends as the shape functions of the straight beam share it (point_shape,
+// turn_shape). direction: of the chord as it stands.
+void add_force(const Shape& shape, const Vec3& direction, const Vec3& force, const Mat3& turning,
+               EndLoads& loads);
 
 // Dead loads (prestress.hpp) as loads on branches that bend.
 class DeadLoadsOnBranches {
@@ -54,7 +55,7 @@ class DeadLoadsOnBranches {
   std::vector<Shared> forces_;
 };
 
-// The loads on branch k as it stands. Called once for each branch and step; by several threads.
+// The loads on branch k as it stands. Called once for each branch and shape; by several threads.
 using BranchLoads = std::function<EndLoads(int k, const BentBranch& branch)>;
 
 // Force and moment on the end of every branch, about it, of all that loads the branch there and beyond, and
@@ -74,7 +75,11 @@ struct EquilibriumOptions {
   // Forces on the strains that the given shape already answers to (6N), as its own weight; empty: none.
   Eigen::VectorXd at_rest = {};
   Eigen::VectorXd start = {};  // strains to begin with; empty: the shape at rest
-  double tolerance = 1e-10;    // of strains: of angles [rad], and of deflections by length
+  // For loads that depend on how the whole tree stands, as shelter does: told each shape before they are
+  // asked for. False where it has not settled and would make other loads of the same shape, so that the tree
+  // cannot be at rest yet.
+  std::function<bool(const std::vector<BentBranch>&)> on_shape = {};
+  double tolerance = 1e-10;  // of strains: of angles [rad], and of deflections by length
   int most_steps = 400;
 };
 

@@ -2,11 +2,17 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/numerics/quadrature.hpp"
 #include "tremula/structure/element_blocks.hpp"
 
 #include <algorithm>
+#include <numbers>
+#include <numeric>
+#include <span>
 #include <string>
 #include <utility>
+
+#include <tbb/parallel_for.h>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -45,61 +51,90 @@ struct LoadIntegrals {
   }
 };
 
+// A point of the beam's quadrature, and how long a piece of it it stands for.
+struct BeamPoint {
+  double s, length;  // [-, m]
+  Shape shape;
+  Strain strain;
+};
+
 // What turns with the branch in other ways than its end: int (alpha' p_a - alpha p_a'), int (p_1 p_2' - p_2
 // p_1').
 struct PathIntegrals {
   Eigen::Vector2d twist_slope = Eigen::Vector2d::Zero();
   double slopes = 0;
+
+  void add(const BeamPoint& at) {
+    const Eigen::Vector2d slope = at.shape.slope.tail<2>();
+    twist_slope += at.length * (at.strain.torsion * slope - at.shape.torsion[1] * at.strain.curvature);
+    slopes += at.length * (slope[0] * at.strain.curvature[1] - slope[1] * at.strain.curvature[0]);
+  }
 };
 
-// The beam at the points of its quadrature, and how long a piece of it each stands for.
-struct BeamPoint {
-  VolumePoint at;
-  Shape shape;
-  Strain strain;
+double radius_at(const Beam& beam, double s) {
+  return beam.start_radius + s * (beam.end_radius - beam.start_radius);
+}
+
+// Exact for equal radii, and to rounding up to a ratio of 3: the integrands are rational functions whose
+// poles are the farther away, the less the piece tapers.
+const std::vector<QuadraturePoint>& quadrature_for(double start_radius, double end_radius) {
+  static const std::vector<QuadraturePoint> uniform = gauss_legendre(4), slight = gauss_legendre(6),
+                                            small = gauss_legendre(8), gentle = gauss_legendre(12),
+                                            strong = gauss_legendre(64);
+  const double ratio = std::max(start_radius / end_radius, end_radius / start_radius);
+  return ratio == 1 ? uniform : ratio < 1.2 ? slight : ratio < 1.5 ? small : ratio < 3 ? gentle : strong;
+}
+
+// All integrals along a branch, from its start as far as it has been walked.
+class Walk {
+ public:
+  Walk(const Beam& beam, const Compliance& compliance) : beam_(beam), compliance_(compliance) {}
+
+  void go_to(double s) {
+    for (const QuadraturePoint& point : quadrature_for(radius_at(beam_, at_), radius_at(beam_, s))) {
+      const double place = at_ + point.position * (s - at_), length = point.weight * (s - at_) * beam_.length;
+      pass({place, length, shape_at(beam_, place), strain_at(beam_, compliance_, place)});
+    }
+    at_ = s;
+  }
+
+  // Of a unit force where the walk has come to.
+  LoadIntegrals of_force_here() const {
+    const double x = at_ * beam_.length;
+    LoadIntegrals integrals = unit_;
+    integrals.twist_bending = x * unit_.twist_bending - twist_lever_;
+    integrals.add_base(foot_, x);
+    integrals.move(shape_at(beam_, at_), 1);
+    return integrals;
+  }
+
+  // At the end, of a unit force on every unit of volume; and what no force changes.
+  LoadIntegrals of_volume() const {
+    LoadIntegrals integrals = volume_;
+    integrals.add_base(foot_, volume_beyond(beam_, 0).moment);
+    return integrals;
+  }
+  const PathIntegrals& path() const { return path_; }
+
+ private:
+  void pass(const BeamPoint& at) {
+    unit_.add(at.shape, at.strain, at.length, 1, 1);
+    twist_lever_ += at.length * at.s * beam_.length * at.shape.torsion[1] * at.strain.curvature;
+    const VolumeBeyond beyond = volume_beyond(beam_, at.s);
+    volume_.add(at.shape, at.strain, at.length, beyond.volume, beyond.moment);
+    const double radius = radius_at(beam_, at.s);
+    volume_.move(at.shape, at.length * std::numbers::pi * radius * radius);
+    path_.add(at);
+  }
+
+  const Beam& beam_;
+  const Compliance& compliance_;
+  const Shape foot_ = shape_at(beam_, 0);
+  double at_ = 0;
+  LoadIntegrals unit_, volume_;                            // twist_bending of unit_: int alpha p_a'
+  Eigen::Vector2d twist_lever_ = Eigen::Vector2d::Zero();  // int x alpha p_a' [m]
+  PathIntegrals path_;
 };
-
-// Up to `end` (1: the whole beam). The quadrature is that of the whole, which a part needs no more than.
-std::vector<BeamPoint> beam_points(const Beam& beam, const Compliance& c, double end = 1) {
-  std::vector<BeamPoint> points;
-  for (const VolumePoint& point : volume_points(beam)) {
-    const double s = end * point.s;
-    points.push_back({{s, end * point.length, end * point.volume}, shape_at(beam, s), strain_at(beam, c, s)});
-  }
-  return points;
-}
-
-PathIntegrals path_integrals(const std::vector<BeamPoint>& points) {
-  PathIntegrals path;
-  for (const auto& [at, shape, strain] : points) {
-    const Eigen::Vector2d slope = shape.slope.tail<2>();
-    path.twist_slope += at.length * (strain.torsion * slope - shape.torsion[1] * strain.curvature);
-    path.slopes += at.length * (slope[0] * strain.curvature[1] - slope[1] * strain.curvature[0]);
-  }
-  return path;
-}
-
-// Of a unit force at s, from the points up to there.
-LoadIntegrals of_force_at(const Beam& beam, double s, const std::vector<BeamPoint>& points) {
-  LoadIntegrals integrals;
-  for (const auto& [at, shape, strain] : points)
-    integrals.add(shape, strain, at.length, 1, (s - at.s) * beam.length);
-  integrals.add_base(shape_at(beam, 0), s * beam.length);
-  integrals.move(shape_at(beam, s), 1);
-  return integrals;
-}
-
-// Of a unit force on every unit of volume.
-LoadIntegrals of_volume(const Beam& beam, const std::vector<BeamPoint>& points) {
-  LoadIntegrals integrals;
-  for (const auto& [at, shape, strain] : points) {
-    const VolumeBeyond beyond = volume_beyond(beam, at.s);
-    integrals.add(shape, strain, at.length, beyond.volume, beyond.moment);
-    integrals.move(shape, at.volume);
-  }
-  integrals.add_base(shape_at(beam, 0), volume_beyond(beam, 0).moment);
-  return integrals;
-}
 
 // Takes the second-order work of a force on the branch, or of those beyond its end at the end, from the
 // potential. With e = (v, phi) along d and across it: twist phi . d, slope phi x d.
@@ -165,9 +200,64 @@ DeadLoads weight(const Skeleton& skeleton, const StructureOptions& options) {
   return loads;
 }
 
+namespace {
+
+// The forces on each branch, from its start to its end.
+class ForcesOnBranches {
+ public:
+  ForcesOnBranches(std::size_t branches, const std::vector<PointForce>& forces)
+      : first_(branches + 1, 0), forces_(forces.size()) {
+    for (const PointForce& force : forces) ++first_[index_of(force.branch) + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    for (const PointForce& force : forces) forces_[next[index_of(force.branch)]++] = force;
+    for (std::size_t k = 0; k < branches; ++k) {
+      std::ranges::stable_sort(forces_.begin() + static_cast<std::ptrdiff_t>(first_[k]),
+                               forces_.begin() + static_cast<std::ptrdiff_t>(first_[k + 1]), {},
+                               &PointForce::position);
+    }
+  }
+  std::span<const PointForce> on(std::size_t k) const {
+    return {forces_.data() + first_[k], first_[k + 1] - first_[k]};
+  }
+
+ private:
+  std::vector<std::size_t> first_;
+  std::vector<PointForce> forces_;
+};
+
+// What depends on the branch alone of what is beyond its end.
+struct AtEnd {
+  LoadIntegrals force;
+  PathIntegrals path;
+};
+
+// Takes the work of the forces on one branch from the potential.
+AtEnd add_own_loads(const BeamTree& tree, std::size_t k, std::span<const PointForce> forces,
+                    const Vec3& by_volume, GeometricStiffness& result) {
+  const Vec3& d = tree.members[k].direction;
+  Walk walk(tree.members[k].beam, tree.compliances[k]);
+  double at = 0;
+  for (const PointForce& point : forces) {
+    if (point.force.isZero(0)) continue;
+    if (point.position > at) walk.go_to(at = point.position);
+    add_force(walk.of_force_here(), point.force, d, result);
+  }
+  if (at < 1) walk.go_to(1);
+  if (!by_volume.isZero(0)) add_force(walk.of_volume(), by_volume, d, result);
+  return {walk.of_force_here(), walk.path()};
+}
+
+}  // namespace
+
 std::vector<GeometricStiffness> geometric_stiffness(const BeamTree& tree, const DeadLoads& loads) {
   check_dead_loads(tree, loads);
   std::vector<GeometricStiffness> result(tree.parent.size());
+  std::vector<AtEnd> at_end(tree.parent.size());
+  const ForcesOnBranches forces(tree.parent.size(), loads.points);
+  tbb::parallel_for(std::size_t{0}, tree.parent.size(), [&](std::size_t k) {
+    at_end[k] = add_own_loads(tree, k, forces.on(k), loads.per_volume[k], result[k]);
+  });
   // What is beyond the end of each branch, about that end; and what is on it, about the node that carries it.
   std::vector<Vec3> force(tree.parent.size(), Vec3::Zero());
   std::vector<Mat3> moments(tree.parent.size(), Mat3::Zero());
@@ -179,20 +269,15 @@ std::vector<GeometricStiffness> geometric_stiffness(const BeamTree& tree, const 
     own_force[k] += point.force;
     own_moments[k] +=
         (member.start_arm + point.position * member.beam.length * member.direction) * point.force.transpose();
-    if (point.force.isZero(0)) continue;
-    const std::vector<BeamPoint> points = beam_points(member.beam, tree.compliances[k], point.position);
-    add_force(of_force_at(member.beam, point.position, points), point.force, member.direction, result[k]);
   }
   for (int i = tree.branch_count() - 1; i >= 0; --i) {
     const std::size_t k = index_of(i);
     const Member& member = tree.members[k];
     const Vec3& d = member.direction;
     const Vec3& by_volume = loads.per_volume[k];
-    const std::vector<BeamPoint> points = beam_points(member.beam, tree.compliances[k]);
-    add_force(of_volume(member.beam, points), by_volume, d, result[k]);
     if (!force[k].isZero(0) || !moments[k].isZero(0)) {
-      add_force(of_force_at(member.beam, 1, points), force[k], d, result[k]);
-      add_moments(path_integrals(points), moments[k], d, result[k]);
+      add_force(at_end[k].force, force[k], d, result[k]);
+      add_moments(at_end[k].path, moments[k], d, result[k]);
     }
     const int parent = tree.parent[k];
     if (parent < 0) continue;
@@ -211,6 +296,18 @@ namespace {
 Mat6 lower_root(const Mat6& t) {
   const Mat6 upper = Eigen::HouseholderQR<Mat6>(t).matrixQR();
   return upper.transpose().triangularView<Eigen::Lower>();
+}
+
+// lower^-1 b: Eigen takes the way of large matrices for it.
+template <int columns>
+Eigen::Matrix<double, 6, columns> solve_lower(const Mat6& lower, const Eigen::Matrix<double, 6, columns>& b) {
+  Eigen::Matrix<double, 6, columns> x;
+  for (int i = 0; i < 6; ++i) {
+    Eigen::Matrix<double, 1, columns> rest = b.row(i);
+    for (int j = 0; j < i; ++j) rest -= lower(i, j) * x.row(j);
+    x.row(i) = rest / lower(i, i);
+  }
+  return x;
 }
 
 // Takes the loads from a branch and all that it carries. How many these are.
@@ -255,8 +352,9 @@ bool take_load(std::vector<GeometricStiffness> geometric, BeamTree& tree, double
       if (freed > given_up * tree.branch_count()) return false;
       continue;
     }
-    const SixByThree half = pivot.matrixL().solve(root.transpose() * coupling.transpose());
-    const Mat6 stretched = pivot.matrixL().solve(root.transpose());  // S P^-1 S^T = T^T T with T = L^-1 S^T
+    const Mat6 lower = pivot.matrixL();
+    const SixByThree half = solve_lower<3>(lower, root.transpose() * coupling.transpose());
+    const Mat6 stretched = solve_lower<6>(lower, root.transpose());  // S P^-1 S^T = T^T T with T = L^-1 S^T
     tree.loaded[k].root = lower_root(stretched);
     tree.loaded[k].carry = -stretched.transpose() * half;
     tree.loaded[k].carry.topRows<3>() -= cross_matrix(tree.reach[k]);

@@ -69,6 +69,9 @@ Structure assemble(const Frame& frame, const FrameOptions& options = {});
 // a structure that is no tree and for another number of branches, and Error where it would buckle.
 Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent,
                          std::span<const PointForce> forces = {});
+// The sites of that, whatever the forces: it may be the wind on them that tells these. Throws as it does, but
+// for the last.
+Sites bent_sites(const Structure& structure, const std::vector<BentBranch>& bent);
 
 // The height of the lowest node that the ground holds [m].
 double ground_height(const Structure& structure);

@@ -127,6 +127,19 @@ std::vector<Node> nodes_of(const Skeleton& skeleton) {
   throw InputError("branch " + std::to_string(margin.branch), found, wanted);
 }
 
+Sites sites_of(const Tree& tree) { return find_sites(tree->members, tree, tree->blades, tree->size()); }
+
+// A tree as it stands bent, free of loads, with its leaves.
+BeamTree bent_tree(const Structure& structure, const std::vector<BentBranch>& bent) {
+  if (!structure.tree) throw InputError("structure to bend", "a frame", "a tree");
+  BeamTree standing = tree_at(*structure.tree, bent);
+  for (BladeSite& blade : standing.blades) {
+    const std::size_t k = index_of(blade.member);
+    blade.normal = point_on(structure.tree->members[k], bent[k], blade.place).frame * blade.normal;
+  }
+  return standing;
+}
+
 Structure structure_of(const Tree& tree, std::vector<Node> nodes, DeadLoads weight) {
   Structure structure;
   structure.nodes = std::move(nodes);
@@ -134,7 +147,7 @@ Structure structure_of(const Tree& tree, std::vector<Node> nodes, DeadLoads weig
   structure.mass = [tree](const Eigen::VectorXd& displacement) { return apply_mass(*tree, displacement); };
   structure.flexibility = [tree](const Eigen::VectorXd& force) { return solve_static(*tree, force); };
   structure.eigen = eigen_parts(tree);
-  structure.find_sites = [tree] { return find_sites(tree->members, tree, tree->blades, tree->size()); };
+  structure.find_sites = [tree] { return sites_of(tree); };
   structure.find_ground_inertia = [tree] { return ground_inertia(*tree); };
   structure.find_load_margin = [tree] {
     return tree->is_loaded() ? load_margin(*tree, tree->geometric) : LoadMargin{};
@@ -159,14 +172,13 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options) {
                       std::move(weight_of_all));
 }
 
+Sites bent_sites(const Structure& structure, const std::vector<BentBranch>& bent) {
+  return sites_of(std::make_shared<const BeamTree>(bent_tree(structure, bent)));
+}
+
 Structure bent_structure(const Structure& structure, const std::vector<BentBranch>& bent,
                          std::span<const PointForce> forces) {
-  if (!structure.tree) throw InputError("structure to bend", "a frame", "a tree");
-  BeamTree standing = tree_at(*structure.tree, bent);
-  for (BladeSite& blade : standing.blades) {
-    const std::size_t k = index_of(blade.member);
-    blade.normal = point_on(structure.tree->members[k], bent[k], blade.place).frame * blade.normal;
-  }
+  BeamTree standing = bent_tree(structure, bent);
   DeadLoads loads = structure.weight;
   loads.per_volume.resize(standing.parent.size(), Vec3::Zero());
   loads.points.insert(loads.points.end(), forces.begin(), forces.end());
