@@ -351,12 +351,15 @@ Rig fit_within(const Task& task, double inner, double outer, std::vector<double>
     sampled.push_back(
         rig::sample_turns(task.leans[c], *task.clips[c].motion, task.places, task.axes, chosen));
   }
-  // Errors of joints on one path go the same way at a time: a few of these are the whole.
-  for (const double share : {0.05, 0.015}) {
-    errors = give_keys(task, sampled, share * outer, rig);
-    if (rig.largest_error <= outer) break;
-  }
-  return rig;
+  // Errors of joints on one path go the same way at a time: a few of these are the whole. Finer keys are kept
+  // only where they, and not more joints, are what was wanting.
+  errors = give_keys(task, sampled, 0.1 * outer, rig);
+  if (rig.largest_error <= outer) return rig;
+  Rig finer = rig;
+  const std::vector<double> finer_errors = give_keys(task, sampled, 0.03 * outer, finer);
+  if (finer.largest_error > 0.9 * rig.largest_error && finer.largest_error > outer) return rig;
+  errors = finer_errors;
+  return finer;
 }
 
 // The instants at which joints failed worst join those that they are chosen for.
