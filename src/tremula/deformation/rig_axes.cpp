@@ -95,7 +95,6 @@ Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surfac
   Axes all;
   all.of_branch.assign(tree.parent.size(), -1);
   all.way.assign(tree.parent.size(), 0);
-  all.on_place.resize(places.branch.size());
   for (int first = 0; first < tree.branch_count(); ++first) {
     const int parent = tree.parent[index_of(first)];
     if (parent >= 0 && next[index_of(parent)] == first) continue;
@@ -116,7 +115,6 @@ Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surfac
       }
       way += length;
     }
-    all.on_place[index_of(axis.base)].push_back(static_cast<int>(all.axes.size()));
     all.axes.push_back(std::move(axis));
   }
   hold_collars(tree, places, surface, all);

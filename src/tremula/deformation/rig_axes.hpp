@@ -40,10 +40,9 @@ struct Axis {
 };
 
 struct Axes {
-  std::vector<Axis> axes;                  // those that carry before those that are carried
-  std::vector<int> of_branch;              // (N)
-  std::vector<double> way;                 // (N) along its axis to the start of a branch [m]
-  std::vector<std::vector<int>> on_place;  // (P) the axes that a place carries
+  std::vector<Axis> axes;      // those that carry before those that are carried
+  std::vector<int> of_branch;  // (N)
+  std::vector<double> way;     // (N) along its axis to the start of a branch [m]
 };
 
 // (V) Which vertices belong to leaves and others of many alike (Pieces).
