@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
+#include "tremula/deformation/fit_rig.hpp"
 #include "tremula/dynamics/gauge.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
 #include "tremula/io/gauge_table.hpp"
@@ -13,10 +14,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
 
+#include "clips.hpp"
 #include "commands.hpp"
 #include "common.hpp"
 #include "load_flags.hpp"
@@ -44,9 +47,20 @@ struct WarningLog {
   std::vector<std::string> lines;
 
   void add(const std::vector<std::string>& more) {
-    print_warnings(more);
-    lines.insert(lines.end(), more.begin(), more.end());
+    for (const std::string& line : more) {
+      if (std::ranges::find(lines, line) != lines.end()) continue;  // of another clip
+      print_warnings(std::vector<std::string>{line});
+      lines.push_back(line);
+    }
   }
+};
+
+// A .glb as it was written.
+struct WrittenModel {
+  std::string form;
+  std::size_t joints = 0, clips = 0, keys = 0;
+  double largest_error = 0;  // [m]
+  std::size_t bytes = 0;
 };
 
 // What a run works with and makes, for the report.
@@ -61,11 +75,18 @@ struct Done {
   const Json& most_stressed;
   const MotionStatistics& statistics;
   const std::vector<std::string>& warnings;
+  const std::optional<WrittenModel>& model;
+};
+
+struct Moved {
+  Motion motion;
+  MotionStatistics statistics;
 };
 
 struct AnimateCommand {
   std::string input, report, format;
-  std::vector<std::string> outputs;
+  std::vector<std::string> outputs, clip_texts;
+  bool mean_only = false;
   WindFlags wind_flags;
   std::string wind = "turbulent", transfer = "bin-averaged";
   std::optional<double> correlation_time, correlation_length;  // of StamWind
@@ -75,7 +96,9 @@ struct AnimateCommand {
   bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
   std::vector<std::string> gauges;
-  std::string frames, morphs = "biased", compression = "quantised";
+  std::string frames, form, morphs = "biased", compression = "quantised";
+  double tolerance = 0.005;  // of the height
+  std::optional<int> max_joints;
   ReadFlags read;
   StructureFlags structure;
   ThreadsFlag threads;
@@ -83,6 +106,7 @@ struct AnimateCommand {
   bool is_stam() const { return wind == "stam" || wind == "stam-printed"; }
   bool is_field() const { return lower_extension(wind) == ".bts"; }
   ChosenWind chosen_wind() const;
+  ChosenWind wind_of(const NamedWind& clip) const;
   StamWind stam_wind() const;
   Weather weather(const Wind& blowing) const;
   std::vector<int> picked_frames(int sample_count) const;
@@ -95,9 +119,15 @@ struct AnimateCommand {
                      WarningLog& warnings) const;
   LoopFacts loop_facts(const Plant& plant, const ReferenceWind& reference) const;
   std::vector<Gauge> placed_gauges(const Plant& plant) const;
-  void encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
-                      const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
-                      StageLog& log, Outputs& files) const;
+  std::vector<Motion> move_in_others(const Subject& subject, const Weather& first,
+                                     const std::vector<NamedWind>& clips, const Progress& progress,
+                                     StageLog& log, WarningLog& warnings) const;
+  bool wants_bones(const CLI::App& flags, const Subject& subject, const Surface& surface,
+                   const Moved& moved) const;
+  RigOptions rig_options(const Subject& subject) const;
+  WrittenModel encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
+                              const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
+                              StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
   void run(const CLI::App& flags) const;
 };
@@ -132,6 +162,13 @@ ChosenWind AnimateCommand::chosen_wind() const {
              {"points", {field->grid.y_count, field->grid.z_count}}}};
   }
   throw InputError("--wind", "'" + wind + "'", "turbulent, stam, stam-printed or a field FILE.bts");
+}
+
+// The same but for its speed.
+ChosenWind AnimateCommand::wind_of(const NamedWind& clip) const {
+  AnimateCommand other = *this;
+  other.wind_flags.speed = clip.wind_speed;
+  return other.chosen_wind();
 }
 
 StamWind AnimateCommand::stam_wind() const {
@@ -244,7 +281,24 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        "given without a table or a report",
        "-o FILE.csv or --report FILE.json",
        {"--gauge"}},
-      {!model, "given without a .glb", "-o FILE.glb", {"--morphs", "--compress"}},
+      {!model,
+       "given without a .glb",
+       "-o FILE.glb",
+       {"--morphs", "--compress", "--form", "--tolerance", "--max-joints", "--clip"}},
+      {clip_texts.empty(), "given without --clip", "--clip NAME:SPEED", {"--mean-only"}},
+      {!clip_texts.empty(), "given with --clip, which has a wind speed", "one of them", {"--wind-speed"}},
+      {!clip_texts.empty(), "given with --clip, which bends bones", "one of them", {"--morphs"}},
+      {is_field(), with_wind, "--wind turbulent: a field has a speed of its own", {"--clip"}},
+      {form == "skin", "given with --form skin", "--form morph, whose targets it shapes", {"--morphs"}},
+      {form == "morph",
+       "given with --form morph",
+       "--form skin, whose joints it counts",
+       {"--max-joints", "--tolerance", "--clip"}},
+      {form.empty() && flags.count("--morphs") > 0, "given with --morphs", "one of them", {"--max-joints"}},
+      {loads.pose == "linear" || loads.model == "paper",
+       "given where displacements superpose (--pose linear, --loads paper)",
+       "--pose bent: joints only turn",
+       {"--max-joints", "--tolerance", "--clip"}},
       {is_field(), with_wind, "--wind turbulent: a field is taken as it is",
        flags_in_group(flags, wind_group, {"--wind", "--heading"})},
       {is_field(), with_wind, "--wind turbulent: a field has one realisation", {"--transfer"}},
@@ -266,6 +320,56 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
   };
   refuse_idle_flags(flags, rules);
   loads.check(flags);
+  for (std::size_t i = 0; i < writers.size() && !clip_texts.empty(); ++i) {
+    if (writers[i]->extension != "glb")
+      throw InputError("-o " + outputs[i], "given with --clip", "a .glb: no other output has clips");
+  }
+}
+
+// The height above the ground of what stands highest [m].
+double height_of(const Structure& structure) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const Node& node : structure.nodes) highest = std::max(highest, node.position.z());
+  return highest - ground_height(structure);
+}
+
+// Bones where somebody asks for them, and where morph targets would be too far off or stretch too much.
+bool AnimateCommand::wants_bones(const CLI::App& flags, const Subject& subject, const Surface& surface,
+                                 const Moved& moved) const {
+  constexpr double most_stretch = 0.02;
+  const Motion& motion = moved.motion;
+  const bool can = subject.structure.tree != nullptr && motion.lean_strains.size() > 0;
+  if ((form == "skin" || !clip_texts.empty()) && !can) {
+    throw InputError(form == "skin" ? "--form skin" : "--clip",
+                     subject.structure.tree == nullptr ? "given with a frame" : "given with linear poses",
+                     "--form morph, or a tree with --pose bent");
+  }
+  if (!can || form == "morph" || (form.empty() && flags.count("--morphs") > 0)) return false;
+  if (form == "skin" || max_joints || !clip_texts.empty() || moved.statistics.largest_stretch > most_stretch)
+    return true;
+  return linear_pose_error(subject.structure, surface, motion) > tolerance * height_of(subject.structure);
+}
+
+RigOptions AnimateCommand::rig_options(const Subject& subject) const {
+  return {.tolerance = tolerance * height_of(subject.structure), .max_joints = max_joints.value_or(0)};
+}
+
+// Where engines stop.
+std::vector<std::string> warnings_of(const Rig& rig, const RigOptions& options) {
+  constexpr std::size_t many = 256;
+  std::vector<std::string> warnings;
+  const std::string count = std::to_string(rig.joints.size());
+  if (rig.joints.size() > many) {
+    warnings.push_back("the .glb has " + count +
+                       " joints, and Filament and Bevy take 256 a skin: fewer with --max-joints or a larger "
+                       "--tolerance");
+  }
+  if (rig.largest_error > options.tolerance) {
+    warnings.push_back("with " + count + " joints the .glb is up to " + printed("%.3g", rig.largest_error) +
+                       " m off the poses, and --tolerance wants " + printed("%.3g", options.tolerance) +
+                       " m");
+  }
+  return warnings;
 }
 
 constexpr double gigabyte = 1e9;
@@ -363,6 +467,16 @@ Json stresses(const Motion& motion, const Skeleton& skeleton, const Material& ma
   return list;
 }
 
+Json describe(const std::optional<WrittenModel>& model) {
+  if (!model) return {};
+  return {{"form", model->form},
+          {"joints", model->joints},
+          {"clips", model->clips},
+          {"keys", model->keys},
+          {"largest_error_m", model->form == "skin" ? Json(model->largest_error) : Json()},
+          {"bytes", model->bytes}};
+}
+
 // Of the plant as it stands in the mean wind.
 std::vector<double> frequencies_of_modes(const Loop& loop) {
   std::vector<double> frequencies;
@@ -401,6 +515,8 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
       {"motion", describe(done.statistics)},
       {"gauges", describe(done.gauges)},
       {"most_stressed_branches", done.most_stressed},
+      {"glb", describe(done.model)},
+      {"clips", clip_texts},
       {"outputs", outputs},
       {"stages", log.json()},
       {"peak_bytes", peak_bytes()}};
@@ -455,11 +571,6 @@ Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, cons
   return subject;
 }
 
-struct Moved {
-  Motion motion;
-  MotionStatistics statistics;
-};
-
 // Takes the shapes of the modes and leaves the rest of the subject.
 Moved move_in_wind(Subject& subject, const Weather& conditions, bool superposed, const Progress& progress,
                    StageLog& log, WarningLog& warnings) {
@@ -473,6 +584,23 @@ Moved move_in_wind(Subject& subject, const Weather& conditions, bool superposed,
   warnings.add(of_wind);
   warnings.add(advice(subject, conditions, statistics, superposed));
   return {std::move(motion), std::move(statistics)};
+}
+
+// All but the first.
+std::vector<Motion> AnimateCommand::move_in_others(const Subject& subject, const Weather& first,
+                                                   const std::vector<NamedWind>& clips,
+                                                   const Progress& progress, StageLog& log,
+                                                   WarningLog& warnings) const {
+  std::vector<Motion> motions;
+  for (std::size_t i = 1; i < clips.size(); ++i) {
+    Weather conditions = first;
+    conditions.wind = wind_of(clips[i]).wind;
+    conditions.most_strained = 0;
+    Subject again = subject;
+    Motion motion = move_in_wind(again, conditions, false, progress, log, warnings).motion;
+    motions.push_back(mean_only ? lean_alone(std::move(motion)) : std::move(motion));
+  }
+  return motions;
 }
 
 LoopFacts AnimateCommand::loop_facts(const Plant& plant, const ReferenceWind& reference) const {
@@ -491,17 +619,45 @@ std::vector<Gauge> AnimateCommand::placed_gauges(const Plant& plant) const {
   return placed;
 }
 
-// A table is of the gauges, where there are any.
-void AnimateCommand::encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
-                                    const std::vector<const LoopWriter*>& writers,
-                                    const LoopWriteOptions& options, StageLog& log, Outputs& files) const {
+WrittenModel model_of(const Loop& loop, const std::string& bytes) {
+  WrittenModel model{.form = loop.rig ? "skin" : "morph", .clips = 1, .bytes = bytes.size()};
+  if (loop.rig) {
+    model.joints = loop.rig->joints.size();
+    model.clips = loop.rig->clips.size();
+    model.keys = loop.rig->key_count();
+    model.largest_error = loop.rig->largest_error;
+  } else {
+    model.keys = static_cast<std::size_t>(loop.sample_count() + 1);
+  }
+  return model;
+}
+
+std::string told(const WrittenModel& model) {
+  if (model.form != "skin") return "morph targets";
+  return std::to_string(model.joints) + " joints, " + std::to_string(model.keys) + " keys, " +
+         printed("%.2g", model.largest_error) + " m off the poses at most";
+}
+
+// A table is of the gauges, where there are any. Returns the last model.
+WrittenModel AnimateCommand::encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
+                                            const std::vector<const LoopWriter*>& writers,
+                                            const LoopWriteOptions& options, StageLog& log,
+                                            Outputs& files) const {
+  WrittenModel model;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     log.begin("write ." + std::string(writers[i]->extension));
     const bool of_gauges = !series.empty() && writers[i]->extension == "csv";
-    files.add(outputs[i],
-              of_gauges ? encode_gauge_table(series, options.frames) : writers[i]->encode(loop, options));
+    const std::string bytes =
+        of_gauges ? encode_gauge_table(series, options.frames) : writers[i]->encode(loop, options);
+    if (writers[i]->extension == "glb") {
+      model = model_of(loop, bytes);
+      files.add(outputs[i], bytes, told(model));
+    } else {
+      files.add(outputs[i], bytes);
+    }
   }
   log.finish();
+  return model;
 }
 
 // Whatever the flags and the files they name have wrong is said before the work begins.
@@ -512,11 +668,14 @@ void AnimateCommand::run(const CLI::App& flags) const {
                                   {"--wind", wind},
                                   {"--spectrum", wind_flags.spectrum},
                                   {"--profile", wind_flags.profile}});
-  const ChosenWind blowing = chosen_wind();
+  const std::vector<NamedWind> clips = parse_clips(clip_texts);
+  const ChosenWind blowing = clips.empty() ? chosen_wind() : wind_of(clips[0]);
   Weather conditions = weather(blowing.wind);
   const std::vector<int> poses = picked_frames(conditions.loop.sample_count);
-  const LoopWriteOptions write_options{
-      .frames = poses, .morphs = morph_forms.at(morphs), .compression = compressions.at(compression)};
+  const LoopWriteOptions write_options{.frames = poses,
+                                       .morphs = morph_forms.at(morphs),
+                                       .compression = compressions.at(compression),
+                                       .on_bones = form == "skin" || max_joints || !clips.empty()};
   BakeOptions options{.structure = structure.options(), .modes = {.count = mode_count}};
 
   StageLog log;
@@ -534,23 +693,46 @@ void AnimateCommand::run(const CLI::App& flags) const {
                           write_options, writers, outputs));
 
   Subject subject = bake_plant(plant, options, progress, warnings);
+  const auto writes = [&](std::string_view extension) {
+    return std::any_of(writers.begin(), writers.end(),
+                       [&](const LoopWriter* each) { return each->extension == extension; });
+  };
   // Bent poses superpose nothing; morph targets do, whatever the poses.
-  const bool superposed = plant.frame || loads.pose == "linear" ||
-                          std::any_of(writers.begin(), writers.end(), [](const LoopWriter* each) {
-                            return each->extension == "glb" || each->extension == "html";
-                          });
+  const bool superposed = plant.frame || loads.pose == "linear" || writes("html") ||
+                          (writes("glb") && (form == "morph" || flags.count("--morphs") > 0));
+  std::vector<Motion> other_clips = move_in_others(subject, conditions, clips, progress, log, warnings);
   Moved moved = move_in_wind(subject, conditions, superposed, progress, log, warnings);
   std::vector<GaugeSeries> series;
   for (const GaugeReading& reading : moved.motion.readings)
     series.push_back(gauge_series(reading, moved.motion, conditions.wind.reference.heading));
   const Json most_stressed = stresses(moved.motion, plant.imported.skeleton, options.structure.material,
                                       conditions.wind.reference.heading);
-  const Loop loop = make_loop(subject.structure, std::move(surface), std::move(moved.motion),
-                              loop_facts(plant, conditions.wind.reference));
-  encode_outputs(loop, series, writers, write_options, log, files);
+  std::shared_ptr<const Rig> rig;
+  if (writes("glb") && wants_bones(flags, subject, surface, moved)) {
+    log.begin("bones");
+    if (mean_only) moved.motion = lean_alone(std::move(moved.motion));
+    std::vector<ClipSource> sources{{clips.empty() ? "wind loop" : clips[0].name, &moved.motion}};
+    for (std::size_t i = 1; i < clips.size(); ++i) sources.push_back({clips[i].name, &other_clips[i - 1]});
+    rig = std::make_shared<const Rig>(fit_rig(subject.structure, surface, sources, rig_options(subject)));
+    log.finish();
+    warnings.add(warnings_of(*rig, rig_options(subject)));
+  }
+  Loop loop = make_loop(subject.structure, std::move(surface), std::move(moved.motion),
+                        loop_facts(plant, conditions.wind.reference));
+  loop.rig = rig;
+  const WrittenModel written = encode_outputs(loop, series, writers, write_options, log, files);
   if (!report.empty()) {
-    const Done done{plant,  options.structure, blowing.described, conditions,    subject, loop,
-                    series, most_stressed,     moved.statistics,  warnings.lines};
+    const Done done{plant,
+                    options.structure,
+                    blowing.described,
+                    conditions,
+                    subject,
+                    loop,
+                    series,
+                    most_stressed,
+                    moved.statistics,
+                    warnings.lines,
+                    writes("glb") ? std::optional(written) : std::nullopt};
     files.add(report, text_of(report_of(done, log)));
   }
   files.commit();
@@ -581,6 +763,27 @@ void add_animate(CLI::App& app) {
          "the stem) or branch:12:0.5; may be repeated. Into the .csv instead of poses, and into the report")
       ->take_all();
   sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
+  sub.add_option("--form", command->form,
+                 "Of .glb. skin: bones, which bend; morph: targets, which stretch what sways far (skin where "
+                 "targets would be farther off than --tolerance or stretch a branch by more than 2 %, morph "
+                 "otherwise and with --morphs)")
+      ->check(CLI::IsMember({"skin", "morph"}))
+      ->group(bones_group);
+  sub.add_option("--tolerance", command->tolerance,
+                 "How far the skin of .glb may be off the poses, as a part of the height of the plant")
+      ->capture_default_str()
+      ->group(bones_group);
+  sub.add_option("--clip", command->clip_texts,
+                 "A wind of its own in .glb, by name and speed [m/s]: calm:2; may be repeated. All have the "
+                 "same joints, period and gusts, so that an engine can fade from one to another")
+      ->take_all()
+      ->group(bones_group);
+  sub.add_flag("--mean-only", command->mean_only,
+               "Clips are the lean in the mean wind alone, for an engine that adds the gusts")
+      ->group(bones_group);
+  sub.add_option("--max-joints", command->max_joints,
+                 "At most so many bones in .glb, whatever error that costs (what --tolerance takes)")
+      ->group(bones_group);
   sub.add_option(
          "--morphs", command->morphs,
          "Targets in .glb. biased: one a mode, weights 0 to 1 (plays everywhere); paired: a plus and a minus "
@@ -646,6 +849,7 @@ void add_animate(CLI::App& app) {
       "  tremula animate tree.swc -o tree.glb\n"
       "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
       "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
+      "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
 }

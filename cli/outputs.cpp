@@ -83,13 +83,15 @@ Outputs::Outputs(const std::vector<Place>& outputs, const std::vector<Place>& in
   }
 }
 
-AtomicFile& Outputs::begin(const std::string& path) {
+AtomicFile& Outputs::begin(const std::string& path, const std::string& told) {
   files_.push_back(open_output(path));
-  if (path != standard_output) written_.push_back(path);
+  if (path != standard_output) written_.push_back(told.empty() ? path : path + ": " + told);
   return *files_.back();
 }
 
-void Outputs::add(const std::string& path, std::string_view bytes) { begin(path).write(bytes); }
+void Outputs::add(const std::string& path, std::string_view bytes, const std::string& told) {
+  begin(path, told).write(bytes);
+}
 
 void Outputs::commit() {
   std::vector<AtomicFile*> files;
@@ -99,7 +101,7 @@ void Outputs::commit() {
 }
 
 void Outputs::announce() const {
-  for (const std::string& path : written_) std::cerr << "tremula: wrote " << path << '\n';
+  for (const std::string& what : written_) std::cerr << "tremula: wrote " << what << '\n';
 }
 
 void print(std::string_view text) {

@@ -28,9 +28,10 @@ class Outputs {
   // where it cannot be written. Places without a path, and inputs that are no files, do not count.
   Outputs(const std::vector<Place>& outputs, const std::vector<Place>& inputs);
 
-  // A file to write into, or all of its bytes. Both only for a path that the constructor saw.
-  AtomicFile& begin(const std::string& path);
-  void add(const std::string& path, std::string_view bytes);
+  // A file to write into, or all of its bytes. Both only for a path that the constructor saw. `told` is said
+  // of it when it is written.
+  AtomicFile& begin(const std::string& path, const std::string& told = "");
+  void add(const std::string& path, std::string_view bytes, const std::string& told = "");
 
   // Throws Error and leaves every place as it was where one cannot be written.
   void commit();

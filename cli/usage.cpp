@@ -25,6 +25,7 @@ struct Quantity {
   double low, high;
   const char* unit;
   bool or_zero = false;
+  const char* group = nullptr;  // of the help, where one name means several things
 };
 constexpr Quantity quantities[] = {
     {"--wind-speed", 1e-3, 100, "m/s", true},
@@ -67,7 +68,9 @@ constexpr Quantity quantities[] = {
     {"--root-translation-stiffness", 1e-9, unbounded, "N/m"},
     {"--gravity", 0, 1000, "m/s^2"},
     {"--up-to", 1e-9, 1e9, "Hz"},
+    {"--tolerance", 1e-5, 1, "of the height", false, bones_group},
     {"--tolerance", 1e-14, 1e-6, ""},
+    {"--max-joints", 2, 65535, "joints"},
     {"--threads", 0, 1024, ""},
 };
 
@@ -93,7 +96,8 @@ std::string wanted_of(const Quantity& quantity) {
 
 const Quantity* quantity_of(const CLI::Option& option) {
   for (const Quantity& quantity : quantities) {
-    if (option.check_name(quantity.flag)) return &quantity;
+    const bool here = quantity.group == nullptr || option.get_group() == quantity.group;
+    if (here && option.check_name(quantity.flag)) return &quantity;
   }
   return nullptr;
 }

@@ -9,6 +9,9 @@
 
 namespace tremula::cli {
 
+// The group of flags that shape the bones of a .glb.
+inline constexpr const char* bones_group = "Bones";
+
 // For every option of the command, once all are there: its number is a number and within the bounds of the
 // table in usage.cpp, its text is not empty, and a flag that may be repeated takes one value each time.
 void check_values(CLI::App& command);

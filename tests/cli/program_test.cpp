@@ -248,6 +248,32 @@ TEST(Program, AFieldAsWindGivesItsOwnSpeedAndHeadingToAllThatNameThem) {
   EXPECT_NEAR(wind["turbulence_intensity"].get<double>(), 0.2, 0.1);
 }
 
+TEST(Program, AModelBendsOnBonesWhereTargetsWouldStretchIt) {
+  const test::TemporaryFolder folder;
+  const auto glb_of = [&](const std::string& flags) {
+    const Outcome outcome =
+        run(folder, "animate sapling --period 4 --fps 15 -o a.glb --report r.json " + flags);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    auto glb = nlohmann::json::parse(contents(folder / "r.json"))["glb"];
+    EXPECT_EQ(glb["bytes"], contents(folder / "a.glb").size());
+    EXPECT_EQ(glb["clips"], 1);
+    glb["told"] = outcome.messages;
+    return glb;
+  };
+  const auto gale = glb_of("--wind-speed 12"), breath = glb_of("--wind-speed 0.5"),
+             by_hand = glb_of("--wind-speed 12 --form morph"), few = glb_of("--wind-speed 12 --max-joints 8");
+  EXPECT_EQ(gale["form"], "skin");
+  EXPECT_THAT(gale["told"].get<std::string>(),
+              HasSubstr("wrote a.glb: " + std::to_string(gale["joints"].get<int>()) + " joints"));
+  EXPECT_GT(gale["keys"], gale["joints"]);
+  EXPECT_EQ(breath["form"], "morph");
+  EXPECT_EQ(breath["joints"], 0);
+  EXPECT_EQ(by_hand["form"], "morph");
+  EXPECT_LE(few["joints"], 8);
+  EXPECT_GT(few["largest_error_m"], gale["largest_error_m"]);
+  EXPECT_THAT(few["told"].get<std::string>(), HasSubstr("m off the poses, and --tolerance wants"));
+}
+
 TEST(Program, AStemOnASoftSpringSwaysSlower) {
   const test::TemporaryFolder folder;
   const auto modes = [&](const std::string& flags) {

@@ -62,6 +62,8 @@ TEST(Usage, EveryMessageNamesTheFlag) {
   expect_refused("animate oak -o a.csv --youngs-modulus 1e-25 --shear-modulus 1e-25",
                  {"--youngs-modulus: '1e-25'"});
   expect_refused("animate oak -o ''", {"--output: '', wanted a value"});
+  expect_refused("animate oak -o a.glb --tolerance 0", {"--tolerance: '0'", "of the height"});
+  expect_refused("animate oak -o a.glb --max-joints 1", {"--max-joints: '1'", "2 to 65535"});
   expect_refused("animate oak --report ''", {"--report: '', wanted a value"});
   expect_refused("wind --report r.json --decay-y 1,2", {"--decay-y: 2 values, wanted 3"});
 }
@@ -99,6 +101,15 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
   expect_refused(animate + "--canopy-decay 3", {"--canopy-decay", "--canopy-height"});
   expect_refused(animate + "--loads paper --leaf-drag-coefficient 1",
                  {"--leaf-drag-coefficient: given with --loads paper"});
+  const std::string model = "animate sapling --period 2 -o a.glb ";
+  expect_refused(animate + "--max-joints 20", {"--max-joints: given without a .glb"});
+  expect_refused(animate + "--tolerance 0.01", {"--tolerance: given without a .glb"});
+  expect_refused(model + "--form morph --max-joints 20", {"--max-joints: given with --form morph"});
+  expect_refused(model + "--form skin --morphs paired", {"--morphs: given with --form skin"});
+  expect_refused(model + "--morphs paired --max-joints 20", {"--max-joints: given with --morphs"});
+  expect_refused(model + "--pose linear --max-joints 20",
+                 {"--max-joints: given where displacements superpose"});
+  expect_refused(model + "--pose linear --form skin", {"--form skin: given with linear poses"});
   expect_refused("modes oak --count 3 --up-to 5", {"--modes: given with --up-to"});
   expect_refused("modes stam-17 --method dense --tolerance 1e-9", {"--tolerance: given with --method dense"});
   expect_refused("grow --list --seed 3", {"--seed: given with --list"});

@@ -54,7 +54,8 @@ struct Glb {
   std::vector<double> numbers(const nlohmann::json& id) const {
     const nlohmann::json& a = accessor(id);
     const std::string type = a["type"];
-    const std::size_t width = type == "VEC3" ? 3 : type == "VEC2" ? 2 : 1, count = a["count"];
+    const std::size_t width = type == "SCALAR" ? 1 : type == "MAT4" ? 16 : type[3] - '0';
+    const std::size_t count = a["count"];
     std::vector<double> result(count * width);
     if (a.contains("bufferView")) result = read(a, a["componentType"], count, width);
     if (a.contains("sparse")) {
@@ -69,8 +70,10 @@ struct Glb {
       }
     }
     if (a.value("normalized", false)) {
-      EXPECT_EQ(a["componentType"], 5120);
-      for (double& number : result) number = std::max(number / 127, -1.0);
+      const int component = a["componentType"];
+      EXPECT_TRUE(component == 5120 || component == 5121 || component == 5122) << component;
+      const double most = component == 5120 ? 127 : component == 5121 ? 255 : 32767;
+      for (double& number : result) number = std::max(number / most, -1.0);
     }
     return result;
   }
@@ -92,6 +95,7 @@ struct Glb {
   static std::size_t size_of(int component) {
     switch (component) {
       case 5120:
+      case 5121:
         return 1;
       case 5122:
       case 5123:
@@ -112,7 +116,7 @@ struct Glb {
       case 5126:
         return std::bit_cast<float>(bits);
       default:
-        EXPECT_TRUE(component == 5123 || component == 5125) << component;
+        EXPECT_TRUE(component == 5121 || component == 5123 || component == 5125) << component;
         return bits;
     }
   }

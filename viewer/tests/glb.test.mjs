@@ -87,4 +87,38 @@ describe('the .glb', needsBrowser, () => {
       await own.page.close();
     });
   }
+
+  for (const plant of plants) {
+    test(`${plant.name} on bones plays in three.js as the program poses it`, async () => {
+      const rest = restNodes(plant), height = heightOf(rest), allowed = 0.005;
+      for (const compress of ['quantised', 'meshopt', 'none']) {
+        const options = {pose: 'bent', form: 'skin', tolerance: allowed, compress};
+        const paths = animate({...plant, name: `${plant.name}-bones`}, ['glb', 'csv'], options);
+        const poses = readPoses(paths.csv);
+        const {page, complaints, clips, targets, joints} = await load(paths.glb);
+        assert.deepEqual(clips, [{name: 'wind loop', duration: settings.period}]);
+        assert.equal(targets.length, 0);
+        assert.ok(joints > 1);
+        const still = await page.evaluate(() => window.pose());
+        // Tips are the vertices that stand where a node does.
+        const pairs = rest.map((at, node) => ({
+          node, index: still.positions.findIndex((position) => distance(position, at) < tolerance * height),
+        })).filter(({index}) => index >= 0);
+        assert.ok(pairs.length >= 3, `${pairs.length} tips found`);
+        const count = settings.period * settings.fps;
+        let moved = 0;
+        for (const frame of [0, 0.17, 0.31, 0.5, 0.77].map((part) => Math.floor(part * count))) {
+          const {positions} = await page.evaluate((time) => window.pose(time), poses[frame].time);
+          for (const {node, index} of pairs) {
+            const error = distance(positions[index], poses[frame].nodes[node]);
+            assert.ok(error < (allowed + tolerance) * height, `${compress} frame ${frame} node ${node}: ${error} m`);
+            moved = Math.max(moved, distance(still.positions[index], positions[index]));
+          }
+        }
+        assert.ok(moved > 2 * allowed * height, `moves by ${moved} m`);
+        assert.deepEqual(complaints, []);
+        await page.close();
+      }
+    });
+  }
 });

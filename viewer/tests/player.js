@@ -13,7 +13,7 @@ window.load = async (base64) => {
   mixer = new AnimationMixer(gltf.scene);
   for (const clip of gltf.animations) mixer.clipAction(clip).play();
   return {clips: gltf.animations.map(({name, duration}) => ({name, duration})),
-          targets: Object.keys(meshes[0].morphTargetDictionary)};
+          targets: Object.keys(meshes[0].morphTargetDictionary ?? {}), joints: meshes[0].skeleton?.bones.length ?? 0};
 };
 
 // World positions of all vertices and their normals, z up. Without a time: as the file shows them where nobody plays it.
@@ -22,11 +22,12 @@ window.pose = (time) => {
   const positions = [], normals = [];
   for (const mesh of meshes) {
     mesh.updateWorldMatrix(true, false);
+    mesh.skeleton?.bones[0].updateWorldMatrix(true, true);
     for (let i = 0; i < mesh.geometry.attributes.position.count; ++i) {
       const p = mesh.getVertexPosition(i, new Vector3()).applyMatrix4(mesh.matrixWorld);
       positions.push([p.x, -p.z, p.y]);
       const n = new Vector3().fromBufferAttribute(mesh.geometry.attributes.normal, i);
-      mesh.morphTargetInfluences.forEach((weight, t) => {
+      mesh.morphTargetInfluences?.forEach((weight, t) => {
         n.addScaledVector(new Vector3().fromBufferAttribute(mesh.geometry.morphAttributes.normal[t], i), weight);
       });
       n.normalize();

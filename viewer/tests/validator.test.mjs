@@ -8,6 +8,8 @@ import {animate, avenue, plants} from './support.mjs';
 
 const errorSeverity = 0, warningSeverity = 1;
 
+const onBones = {pose: 'bent', form: 'skin'};
+
 async function validate(bytes) {
   const report = await validator.validateBytes(new Uint8Array(bytes), {maxIssues: 0});
   return report.issues.messages.filter(({severity}) => severity === errorSeverity || severity === warningSeverity);
@@ -17,7 +19,8 @@ for (const plant of plants) {
   for (const [kind, options] of [
     ['in wind', {}], ['without wind', {'wind-speed': 0}], ['with one mode', {modes: 1}],
     ['in pairs', {morphs: 'paired'}], ['with signed weights', {morphs: 'signed'}], ['packed', {compress: 'meshopt'}],
-    ['in floats', {compress: 'none'}],
+    ['in floats', {compress: 'none'}], ['on bones', onBones], ['on bones, packed', {...onBones, compress: 'meshopt'}],
+    ['on bones in floats', {...onBones, compress: 'none'}],
   ]) {
     test(`${plant.name} ${kind} has no error and no warning`, async () => {
       assert.deepEqual(await validate(readFileSync(animate(plant, ['glb'], options).glb)), []);

@@ -3,6 +3,7 @@
 
 #include "tremula/base/types.hpp"
 #include "tremula/deformation/pose.hpp"
+#include "tremula/deformation/rig.hpp"
 #include "tremula/dynamics/motion.hpp"
 #include "tremula/geometry/surface.hpp"
 #include "tremula/structure/structure.hpp"
@@ -63,7 +64,8 @@ struct Loop {
   // Where the skin and the nodes have gone, from rest, at any time [s]; coordinates are linear between
   // samples.
   std::function<SurfaceDelta(double time)> skin_at;
-  Eigen::Matrix3Xd nodes;  // at rest [m]
+  std::shared_ptr<const Rig> rig;  // bones of the skin, where somebody fitted them (fit_rig.hpp); else null
+  Eigen::Matrix3Xd nodes;          // at rest [m]
   std::function<NodePoses(double time)> nodes_at;
   std::vector<Instance> instances{Instance{}};  // one or more; all else is of a copy at the origin, unshifted
 

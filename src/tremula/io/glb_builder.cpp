@@ -32,8 +32,10 @@ void fill_up(std::string& bytes, char with) { bytes.resize((bytes.size() + 3) / 
 }  // namespace
 
 GlbBuilder::Json GlbBuilder::header(ComponentType component, std::size_t count, std::size_t width) {
-  constexpr std::array types{"SCALAR", "VEC2", "VEC3"};
-  return {{"componentType", static_cast<int>(component)}, {"count", count}, {"type", types[width - 1]}};
+  constexpr std::array types{"SCALAR", "VEC2", "VEC3", "VEC4"};
+  return {{"componentType", static_cast<int>(component)},
+          {"count", count},
+          {"type", width == 16 ? "MAT4" : types[width - 1]}};
 }
 
 std::size_t GlbBuilder::view_of(const View& kind) {
@@ -87,6 +89,20 @@ int GlbBuilder::add_triangles(const std::vector<std::uint32_t>& indices, std::si
 int GlbBuilder::add_numbers(const std::vector<float>& values) {
   Json accessor = header(type_float, values.size(), 1);
   place(accessor, view_of({"numbers", 0, no_target, Coding::none}), bytes_of(values));
+  return add(std::move(accessor));
+}
+
+int GlbBuilder::add_turns(const std::vector<std::array<std::int16_t, 4>>& values) {
+  Json accessor = header(type_i16, values.size(), 4);
+  accessor["normalized"] = true;
+  place(accessor, view_of({"turns", sizeof values[0], no_target, Coding::vertices}), bytes_of(values));
+  return add(std::move(accessor));
+}
+
+int GlbBuilder::add_vectors(const std::vector<float>& values, std::size_t width) {
+  Json accessor = header(type_float, values.size() / width, width);
+  place(accessor, view_of({width == 16 ? "matrices" : "numbers", 0, no_target, Coding::none}),
+        bytes_of(values));
   return add(std::move(accessor));
 }
 

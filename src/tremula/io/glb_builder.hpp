@@ -18,8 +18,8 @@ class GlbBuilder {
  public:
   using Json = nlohmann::ordered_json;
 
-  // One value a vertex, padded to whole words of four bytes as the format wants. T: float, std::int8_t,
-  // std::int16_t.
+  // One value a vertex, padded to whole words of four bytes as the format wants. T: float, or a whole number
+  // of 8 or 16 bits.
   template <class T, std::size_t width>
   int add_attribute(const std::vector<std::array<T, width>>& values, bool normalized = false) {
     constexpr std::size_t stride = (width * sizeof(T) + 3) / 4 * 4;
@@ -64,6 +64,12 @@ class GlbBuilder {
   // Numbers that belong to no vertex.
   int add_numbers(const std::vector<float>& values);
 
+  // Turns, as normalised quaternions x y z w: keys of an animation.
+  int add_turns(const std::vector<std::array<std::int16_t, 4>>& values);
+
+  // So many numbers a piece: 3 places, as keys of an animation, or 16 matrices by columns.
+  int add_vectors(const std::vector<float>& values, std::size_t width);
+
   Json& accessor(int id) { return accessors_[static_cast<std::size_t>(id)]; }
 
   explicit GlbBuilder(MeshCompression compression) : compression_(compression) {}
@@ -74,7 +80,14 @@ class GlbBuilder {
 
  private:
   // Numbers that the format fixes.
-  enum ComponentType { type_i8 = 5120, type_i16 = 5122, type_u16 = 5123, type_u32 = 5125, type_float = 5126 };
+  enum ComponentType {
+    type_i8 = 5120,
+    type_u8 = 5121,
+    type_i16 = 5122,
+    type_u16 = 5123,
+    type_u32 = 5125,
+    type_float = 5126
+  };
   enum BufferTarget { no_target = 0, vertex_data = 34962, index_data = 34963 };
   // How meshopt codes a view.
   enum class Coding { none, vertices, triangles };
@@ -91,6 +104,8 @@ class GlbBuilder {
   static ComponentType component_type(float) { return type_float; }
   static ComponentType component_type(std::int8_t) { return type_i8; }
   static ComponentType component_type(std::int16_t) { return type_i16; }
+  static ComponentType component_type(std::uint8_t) { return type_u8; }
+  static ComponentType component_type(std::uint16_t) { return type_u16; }
   static Json header(ComponentType component, std::size_t count, std::size_t width);
   static std::string encode(const View& view);
 

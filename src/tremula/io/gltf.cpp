@@ -1,10 +1,10 @@
 #include "tremula/io/gltf.hpp"
 
-#include "tremula/base/color.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/finite.hpp"
 #include "tremula/io/glb_builder.hpp"
+#include "tremula/io/gltf_parts.hpp"
 
 #include <algorithm>
 #include <array>
@@ -14,65 +14,10 @@
 #include <type_traits>
 #include <vector>
 
-#include <meshoptimizer.h>
-#include <tbb/parallel_for.h>
-
 namespace tremula {
 namespace {
 
-using Json = nlohmann::ordered_json;
-using Vec3f = Eigen::Vector3f;
-using Triangles = std::vector<std::uint32_t>;
-
-Vec3f y_up(const Vec3f& v) { return {v.x(), v.z(), -v.y()}; }
-
-template <class Number>
-using Vectors = std::vector<std::array<Number, 3>>;
-
-// How vectors are stored: as whole numbers of a unit, the two kinds that KHR_mesh_quantization lets targets
-// have, or as floats.
-template <class PositionNumber, class NormalNumber>
-struct Storage {
-  using Position = PositionNumber;
-  using Normal = NormalNumber;
-  float position_unit;  // [m]
-  float normal_unit;
-  float negligible_position = 0;  // what a float is too small to be kept for, as rounding would have it
-  float negligible_normal = 0;
-};
-using Whole = Storage<std::int16_t, std::int8_t>;
-using Floats = Storage<float, float>;
-
-template <class Number>
-std::array<Number, 3> stored(const Vec3f& value, float unit, float negligible) {
-  std::array<Number, 3> result{};
-  if constexpr (std::is_integral_v<Number>) {
-    constexpr auto most = static_cast<float>(std::numeric_limits<Number>::max());
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float steps = std::round(value[static_cast<Eigen::Index>(k)] / unit);
-      result[k] = static_cast<Number>(std::clamp(steps, -most, most));
-    }
-  } else if (value.lpNorm<Eigen::Infinity>() > negligible) {
-    result = {value.x(), value.y(), value.z()};
-  }
-  return result;
-}
-
-template <class Number>
-Vec3f read_back(const std::array<Number, 3>& value, float unit) {
-  return unit * Vec3f(value[0], value[1], value[2]);
-}
-
-// Texture coordinates and places along branches, to what nobody sees: the zeros behind it pack well.
-float rounded(float value) { return std::round(value * 4096) / 4096; }
-
-template <class Work>
-void for_all(std::size_t count, const Work& work) {
-  constexpr std::size_t together = 4096;
-  tbb::parallel_for(std::size_t{0}, (count + together - 1) / together, [&](std::size_t part) {
-    for (std::size_t i = part * together; i < std::min(count, (part + 1) * together); ++i) work(i);
-  });
-}
+using namespace gltf;
 
 const SurfaceDelta& shape_of(const MorphTargets& morphs, const MorphTarget& target) {
   return morphs.shapes[static_cast<std::size_t>(target.shape)];
@@ -114,25 +59,6 @@ double step_of(const Base& base, const MorphTargets& morphs) {
          (32767 - std::min<double>(static_cast<double>(morphs.target_count()), 16383));
 }
 
-// Bark or leaves in the order that graphics cards like, triangles and then the vertices they use.
-struct Part {
-  std::vector<std::uint32_t> vertices;  // of the surface
-  Triangles triangles;                  // of positions in `vertices`
-};
-
-Part lay_out(const Triangles& triangles, std::size_t vertex_count) {
-  Part part{{}, Triangles(triangles.size())};
-  meshopt_optimizeVertexCache(part.triangles.data(), triangles.data(), triangles.size(), vertex_count);
-  std::vector<std::uint32_t> place(vertex_count);
-  part.vertices.resize(
-      meshopt_optimizeVertexFetchRemap(place.data(), part.triangles.data(), triangles.size(), vertex_count));
-  for (std::size_t i = 0; i < vertex_count; ++i) {
-    if (place[i] < part.vertices.size()) part.vertices[place[i]] = static_cast<std::uint32_t>(i);
-  }
-  for (std::uint32_t& corner : part.triangles) corner = place[corner];
-  return part;
-}
-
 // A target's share of one part, as the file has it.
 template <class Storage>
 struct StoredTarget {
@@ -171,19 +97,6 @@ Vectors<typename Storage::Position> store_base(const Surface& surface, const Mor
     result[i] = stored<typename Storage::Position>(position, storage.position_unit, 0);
   });
   return result;
-}
-
-template <class Number>
-void add_bounds(Json& accessor, const Vectors<Number>& values) {
-  std::array<Number, 3> low = values.front(), high = values.front();
-  for (const std::array<Number, 3>& value : values) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], value[k]);
-      high[k] = std::max(high[k], value[k]);
-    }
-  }
-  accessor["min"] = low;
-  accessor["max"] = high;
 }
 
 int add_change(GlbBuilder& builder, const Vectors<float>& moved) { return builder.add_change(moved); }
@@ -227,14 +140,6 @@ void add_vectors(GlbBuilder& builder, const Surface& surface, const MorphTargets
   }
 }
 
-template <class Value>
-std::vector<std::array<float, 1>> numbers(const std::vector<Value>& all, const Part& part) {
-  std::vector<std::array<float, 1>> result;
-  result.reserve(part.vertices.size());
-  for (const std::uint32_t v : part.vertices) result.push_back({rounded(static_cast<float>(all[v]))});
-  return result;
-}
-
 Json make_primitive(GlbBuilder& builder, const Surface& surface, const Triangles& triangles,
                     const MorphTargets& morphs, const Base& base, double step, bool quantised, int material) {
   const Part part = lay_out(triangles, surface.vertex_count());
@@ -245,32 +150,8 @@ Json make_primitive(GlbBuilder& builder, const Surface& surface, const Triangles
   } else {
     add_vectors(builder, surface, morphs, part, base, Floats{1, 1, unit / 2, 0.5F / 127}, primitive);
   }
-  std::vector<std::array<float, 2>> texture;
-  for (const std::uint32_t v : part.vertices)
-    texture.push_back({rounded(surface.texture[v].x()), rounded(surface.texture[v].y())});
-  Json& attributes = primitive["attributes"];
-  attributes["TEXCOORD_0"] = builder.add_attribute(texture);
-  attributes["_BRANCH"] = builder.add_attribute(numbers(surface.branch, part));
-  attributes["_ALONG"] = builder.add_attribute(numbers(surface.along, part));
-  primitive["indices"] = builder.add_triangles(part.triangles, part.vertices.size());
-  primitive["material"] = material;
+  add_rest_of_primitive(builder, surface, part, material, primitive);
   return primitive;
-}
-
-Json make_material(const SurfaceMaterial& material) {
-  Json color = Json::array();
-  // Six digits: what pow() gives beyond them may differ between machines, and floats have no more.
-  const auto six_digits = [](double value) { return std::round(value * 1e6) / 1e6; };
-  for (const float channel : material.color)
-    color.push_back(six_digits(linear_from_srgb(static_cast<double>(channel))));
-  color.push_back(1);
-  Json json = {{"name", material.name},
-               {"pbrMetallicRoughness",
-                {{"baseColorFactor", std::move(color)},
-                 {"metallicFactor", 0},
-                 {"roughnessFactor", six_digits(static_cast<double>(material.roughness))}}}};
-  if (material.two_sided) json["doubleSided"] = true;
-  return json;
 }
 
 // A channel for every instance; those that move at the same time share their keys.

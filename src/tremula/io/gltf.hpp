@@ -14,7 +14,9 @@
 // "static") and the mode it belongs to (targetModes, from 1; 0 for what is no mode).
 #pragma once
 
+#include "tremula/deformation/loop.hpp"
 #include "tremula/deformation/morph_targets.hpp"
+#include "tremula/deformation/rig.hpp"
 #include "tremula/geometry/surface.hpp"
 #include "tremula/io/mesh_compression.hpp"
 
@@ -31,6 +33,14 @@ struct GltfOptions {
 // cannot.
 std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts,
                        const GltfOptions& options = {});
+
+// The same loop on bones: the rig's joints as nodes, one skin, and an animation for every clip, with keys of
+// turns in 16 bits. The root joint carries the place of the instance; every instance has joints and channels
+// of its own. Vertices have at most four weights, in 8 bits. A player that does not play shows the plant at
+// rest. Quantised, the scale stands in the inverse bind matrices. The scene's extras say besides what of the
+// morphed file they say, without shapes, the bounds of the skin in motion ("bounds_m", y up) and the error
+// ("largest_error_m"). The mesh's own bounds are those at rest, as the format has it.
+std::string encode_glb(const Loop& loop, const Rig& rig, const GltfOptions& options = {});
 
 // Throws Error, also when the file cannot be written, and then leaves none behind.
 void write_glb(const std::string& path, const Surface& surface, const MorphTargets& morphs,

@@ -18,16 +18,21 @@ double targets_size(const LoopSize& size, double target_count, MeshCompression c
          4 * size.instance_count * size.sample_count * (1 + target_count);
 }
 
+// Some hundred keys of a thousand joints an instance.
+double rig_size(const LoopSize& size) { return 2e6 * size.instance_count; }
+
 constexpr double bytes_per_pose = 150;  // nine numbers of 15 to 20 digits
 constexpr double most_static_shapes = 3;
 
 constexpr LoopWriter writers[] = {
     {"glb", "Blender, engines",
      [](const Loop& loop, const LoopWriteOptions& options) {
+       if (loop.rig) return encode_glb(loop, *loop.rig, {.compression = options.compression});
        return encode_glb(*loop.rest, make_morph_targets(loop, options.morphs), loop.facts,
                          {.compression = options.compression});
      },
      [](const LoopSize& size, const LoopWriteOptions& options) {
+       if (options.on_bones) return 60 * size.vertex_count + rig_size(size);
        const double sides = options.morphs == MorphForm::paired ? 2 : 1;
        return targets_size(size, sides * (size.mode_count + most_static_shapes), options.compression);
      }},

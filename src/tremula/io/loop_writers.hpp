@@ -15,6 +15,7 @@ struct LoopWriteOptions {
   std::span<const int> frames = {};                          // of a table of poses
   MorphForm morphs = MorphForm::biased;                      // of .glb
   MeshCompression compression = MeshCompression::quantised;  // of .glb
+  bool on_bones = false;  // of .glb: for the size, before there is a Loop::rig, which decides
 };
 
 // What decides how large things get.

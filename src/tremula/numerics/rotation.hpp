@@ -56,6 +56,15 @@ inline Vec3 rotation_vector(const Mat3& rotation) {
   return angle / sine * q.vec();
 }
 
+// The rotation that takes one unit vector into another by the shortest way.
+inline Mat3 shortest_turn(const Vec3& from, const Vec3& to) {
+  const Vec3 axis = from.cross(to);
+  const double cosine = from.dot(to);
+  if (cosine < -0.999999) return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
+  const Mat3 cross = cross_matrix(axis);
+  return Mat3::Identity() + cross + cross * cross / (1 + cosine);
+}
+
 // How the rotation turns when its vector grows: exp(v + dv) = exp(T dv) exp(v) to first order.
 inline Mat3 rotation_tangent(const Vec3& v) {
   const rotation_detail::Coefficients c(v.squaredNorm());

@@ -36,15 +36,6 @@ Foot foot_of(const Member& member, const BentBranch& branch) {
   return {moved.translation(d), moved.rotation(d)};
 }
 
-// The rotation that takes one unit vector into another by the shortest way.
-Mat3 shortest_turn(const Vec3& from, const Vec3& to) {
-  const Vec3 axis = from.cross(to);
-  const double cosine = from.dot(to);
-  if (cosine < -0.999999) return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
-  const Mat3 cross = cross_matrix(axis);
-  return Mat3::Identity() + cross + cross * cross / (1 + cosine);
-}
-
 }  // namespace
 
 std::vector<BentBranch> bend(const BeamTree& tree, const Eigen::VectorXd& strains) {

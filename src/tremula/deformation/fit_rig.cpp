@@ -1,0 +1,438 @@
+#include "tremula/deformation/fit_rig.hpp"
+
+#include "tremula/base/check.hpp"
+#include "tremula/deformation/bent_pose.hpp"
+#include "tremula/deformation/rig_joints.hpp"
+#include "tremula/deformation/rig_tracks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numeric>
+
+#include <tbb/parallel_for.h>
+
+namespace tremula {
+namespace {
+
+using rig::Axes;
+using rig::Axis;
+using rig::AxisFit;
+using rig::Mix;
+using rig::PlacePoses;
+using rig::Places;
+using rig::Segment;
+using rig::Term;
+
+struct Instant {
+  std::size_t clip;
+  double time;
+};
+
+void check(const Structure& structure, const Surface& surface, std::span<const ClipSource> clips,
+           const RigOptions& options) {
+  if (clips.empty()) throw InputError("clips of the rig", "0", "1 or more");
+  if (structure.tree == nullptr) throw InputError("structure that gets bones", "a frame", "a tree");
+  if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
+    throw InputError("tolerance of the rig", std::to_string(options.tolerance), "metres above 0");
+  }
+  if (options.max_joints < 0 || options.max_joints == 1) {
+    throw InputError("most joints of the rig", std::to_string(options.max_joints),
+                     "2 or more (0: as many as it takes)");
+  }
+  for (const ClipSource& clip : clips) {
+    check_motion(*clip.motion);
+    if (clip.motion->lean_strains.size() == 0) {
+      throw InputError("motion of clip '" + clip.name + "'", "displacements that superpose",
+                       "one that bends (Motion::lean_strains)");
+    }
+  }
+  const auto vertices = static_cast<std::ptrdiff_t>(surface.vertex_count());
+  check_equal("branches of the vertices", static_cast<std::ptrdiff_t>(surface.branch.size()), vertices);
+  check_equal("places along the branches", static_cast<std::ptrdiff_t>(surface.along.size()), vertices);
+  for (const std::int32_t k : surface.branch) {
+    if (k < 0 || static_cast<std::size_t>(k) >= structure.members.size()) {
+      throw InputError("branch of a vertex", std::to_string(k),
+                       "0 to " + std::to_string(structure.members.size() - 1));
+    }
+  }
+}
+
+double time_of(const Motion& motion, double sample) { return motion.period * sample / motion.sample_count(); }
+
+// So many samples, each as far as may be from all before it in what the shapes move, the first the farthest
+// from the lean.
+std::vector<double> telling_times(const Motion& motion, std::size_t most) {
+  Eigen::MatrixXd coordinates = motion.coordinates;
+  for (Eigen::Index c = 0; c < coordinates.cols(); ++c) {
+    const bool lean = motion.basis.kind[index_of(c)] == ShapeKind::lean;
+    coordinates.col(c) *= lean ? 0 : motion.basis.columns.col(c).lpNorm<Eigen::Infinity>();
+  }
+  Eigen::VectorXd distance = coordinates.rowwise().norm();
+  std::vector<double> times;
+  Eigen::Index farthest = 0;
+  while (times.size() < most && (distance.maxCoeff(&farthest) > 0 || times.empty())) {
+    times.push_back(time_of(motion, static_cast<double>(farthest)));
+    const Eigen::VectorXd from = (coordinates.rowwise() - coordinates.row(farthest)).rowwise().norm();
+    distance = times.size() == 1 ? from : Eigen::VectorXd(distance.cwiseMin(from));
+  }
+  return times;
+}
+
+// Others, most of them between samples.
+std::vector<double> checking_times(const Motion& motion, std::size_t count) {
+  std::vector<double> times = telling_times(motion, count / 4);
+  const std::size_t rest = count - std::min(count, times.size());
+  for (std::size_t i = 0; i < rest; ++i)
+    times.push_back(motion.period * (static_cast<double>(i) + 0.618) / static_cast<double>(rest));
+  return times;
+}
+
+template <class TimesOf>
+std::vector<Instant> instants_of(std::span<const ClipSource> clips, const TimesOf& times_of) {
+  std::vector<Instant> instants;
+  for (std::size_t c = 0; c < clips.size(); ++c) {
+    for (const double time : times_of(*clips[c].motion)) instants.push_back({c, time});
+  }
+  return instants;
+}
+
+// What is asked for, and what does not depend on the tolerance.
+struct Task {
+  const Structure& structure;
+  const Surface& surface;
+  std::span<const ClipSource> clips;
+  std::vector<BentLean> leans;
+  Places places;
+  Axes axes;
+  std::vector<Instant> instants;  // that joints are chosen for
+  PlacePoses poses;               // at these
+  std::vector<Instant> checks;
+
+  std::vector<BentBranch> bent(const Instant& instant) const {
+    return bent_at(leans[instant.clip], *clips[instant.clip].motion, instant.time);
+  }
+};
+
+// A branch that bends far between its ends gets places for joints on it.
+std::vector<int> pieces_of(const Task& task, const std::vector<Instant>& instants, double tolerance) {
+  const BeamTree& tree = *task.structure.tree;
+  constexpr double most_turn = 0.5;  // of what is blended (rad)
+  std::vector<double> sag(tree.members.size()), turn(sag);
+  for (const Instant& instant : instants) {
+    const std::vector<BentBranch> bent = task.bent(instant);
+    for (std::size_t k = 0; k < bent.size(); ++k) {
+      const double turned = std::sqrt(0.5) * (bent[k].end_frame - bent[k].start_frame).norm();
+      const double leant = std::sqrt(0.5) * (bent[k].chord_frame - bent[k].start_frame).norm();
+      turn[k] = std::max(turn[k], turned);
+      sag[k] = std::max(sag[k], (0.5 * turned + leant) * tree.members[k].beam.length / 8);
+    }
+  }
+  std::vector<int> pieces(sag.size(), 1);
+  const std::vector<double> reach = rig::find_places(tree, task.surface, pieces).reach;
+  for (int k = 0, place = 0; k < tree.branch_count(); ++k, ++place) {
+    if (tree.parent[index_of(k)] < 0) ++place;  // its foot
+    const double turned = turn[index_of(k)];
+    const double wanted = std::max({std::sqrt(2 * sag[index_of(k)] / tolerance), turned / most_turn,
+                                    turned * reach[index_of(place)] / tolerance});
+    pieces[index_of(k)] = static_cast<int>(std::clamp(std::ceil(wanted), 1.0, 8.0));
+  }
+  return pieces;
+}
+
+PlacePoses poses_of(const Task& task, const std::vector<Instant>& instants) {
+  PlacePoses poses{instants.size(), {}, {}};
+  const auto count = index_of(task.places.count());
+  poses.position.resize(count * instants.size());
+  poses.frame.resize(count * instants.size());
+  tbb::parallel_for(std::size_t{0}, instants.size(), [&](std::size_t t) {
+    const std::vector<BentBranch> bent = task.bent(instants[t]);
+    for (std::size_t p = 0; p < count; ++p) {
+      const rig::PlacePose pose = rig::pose_of(*task.structure.tree, task.places, bent, static_cast<int>(p));
+      poses.position[p * instants.size() + t] = pose.position.cast<float>();
+      poses.frame[p * instants.size() + t] = pose.frame.cast<float>();
+    }
+  });
+  return poses;
+}
+
+Task make_task(const Structure& structure, const Surface& surface, std::span<const ClipSource> clips,
+               double tolerance) {
+  Task task{structure, surface, clips, {}, {}, {}, {}, {}, {}};
+  for (const ClipSource& clip : clips) task.leans.push_back(bend_lean(structure, *clip.motion));
+  // So many that a large scan does not fill the memory.
+  const double room =
+      5e6 / (static_cast<double>(structure.members.size()) * static_cast<double>(clips.size()));
+  const auto each = static_cast<std::size_t>(std::clamp(room, 16.0, 48.0));
+  const auto few = instants_of(clips, [](const Motion& motion) { return telling_times(motion, 16); });
+  task.places = rig::find_places(*structure.tree, surface, pieces_of(task, few, tolerance));
+  task.axes = rig::find_axes(*structure.tree, task.places, surface);
+  task.instants = instants_of(clips, [each](const Motion& motion) { return telling_times(motion, each); });
+  task.poses = poses_of(task, task.instants);
+  rig::release_bent_collars(task.poses, tolerance, task.axes);
+  task.checks = instants_of(clips, [each](const Motion& motion) {
+    return checking_times(motion, std::min<std::size_t>(each, 36));
+  });
+  return task;
+}
+
+// "0012" in a tree of 4979, so that names sort as their branches do.
+std::string joint_name(const Places& places, const Axis& axis, const Segment& segment, int branch_count) {
+  const auto width = static_cast<int>(std::to_string(branch_count - 1).size());
+  const int place =
+      segment.is_foot || segment.from < 0 ? axis.places.front() : axis.places[index_of(segment.from)];
+  const int k = places.branch[index_of(place)];
+  char text[64];
+  if (segment.is_foot) {
+    std::snprintf(text, sizeof text, "foot %0*d", width, k);
+  } else if (segment.from < 0) {
+    std::snprintf(text, sizeof text, "branch %0*d", width, k);
+  } else {
+    const auto hundredths = static_cast<int>(std::lround(100 * places.s[index_of(place)]));
+    std::snprintf(text, sizeof text, "branch %0*d at %d.%02d", width, k, hundredths / 100, hundredths % 100);
+  }
+  return text;
+}
+
+// Numbers the segments and lists them as joints. Parents come first as axes do.
+rig::Joints number_joints(const Task& task, std::vector<AxisFit>& fits, std::vector<RigJoint>& joints) {
+  rig::Joints chosen;
+  joints = {{.parent = -1, .position = Vec3::Zero(), .name = "root"}};
+  const int branch_count = task.structure.tree->branch_count();
+  const auto add = [&](std::size_t a, Segment& segment) {
+    segment.joint = static_cast<int>(joints.size());
+    joints.push_back({segment.parent() == nullptr ? 0 : segment.parent()->joint, segment.rest,
+                      joint_name(task.places, task.axes.axes[a], segment, branch_count), segment.travels()});
+    chosen.segments.push_back(&segment);
+    chosen.axis.push_back(static_cast<int>(a));
+  };
+  for (std::size_t a = 0; a < fits.size(); ++a) {
+    if (fits[a].foot) add(a, *fits[a].foot);
+    for (Segment& segment : fits[a].segments) add(a, segment);
+  }
+  return chosen;
+}
+
+// In 255ths that add up: what rounding down leaves goes to the largest remainders.
+JointShares shares_of(const Mix& mix) {
+  JointShares shares;
+  std::array<double, 4> rest{};
+  int left = 255;
+  for (std::size_t i = 0; i < mix.all().size(); ++i) {
+    const Term& term = mix.all()[i];
+    const double exact = 255 * term.weight;
+    shares.joint[i] = static_cast<std::uint16_t>(term.segment == nullptr ? 0 : term.segment->joint);
+    shares.share[i] = static_cast<std::uint8_t>(exact);
+    rest[i] = exact - shares.share[i];
+    left -= shares.share[i];
+  }
+  for (; left > 0; --left) {
+    const auto most = std::max_element(rest.begin(), rest.end());
+    ++shares.share[static_cast<std::size_t>(most - rest.begin())];
+    *most = -1;
+  }
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (shares.share[i] == 0) shares.joint[i] = 0;
+  }
+  return shares;
+}
+
+std::vector<JointShares> share_skin(const Task& task, const std::vector<AxisFit>& fits) {
+  const Surface& surface = task.surface;
+  std::vector<JointShares> shares(surface.vertex_count());
+  const std::vector<char> in_piece = rig::vertices_of_pieces(surface);
+  for (std::size_t i = 0; i < shares.size(); ++i) {
+    const auto k = index_of(surface.branch[i]);
+    if (i > 0 && surface.branch[i - 1] == surface.branch[i] && surface.along[i - 1] == surface.along[i] &&
+        in_piece[i - 1] == in_piece[i]) {
+      shares[i] = shares[i - 1];
+      continue;
+    }
+    const auto a = index_of(task.axes.of_branch[k]);
+    const double way =
+        task.axes.way[k] + static_cast<double>(surface.along[i]) * task.structure.members[k].beam.length;
+    const Mix mix = rig::mix_at(task.axes.axes[a], fits[a], way);
+    shares[i] = shares_of(in_piece[i] != 0 ? rig::stiffened(mix, task.poses.instants) : mix);
+  }
+  return shares;
+}
+
+// How far from a joint the skin goes that it moves, itself or by joints it carries [m].
+std::vector<double> extents(const Rig& rig, const Surface& surface) {
+  std::vector<double> extent(rig.joints.size());
+  for (std::size_t i = 0; i < rig.shares.size(); ++i) {
+    for (std::size_t n = 0; n < 4 && rig.shares[i].share[n] > 0; ++n) {
+      const std::size_t j = rig.shares[i].joint[n];
+      extent[j] = std::max(extent[j], (surface.position[i].cast<double>() - rig.joints[j].position).norm());
+    }
+  }
+  for (std::size_t j = extent.size(); j-- > 1;) {
+    const auto parent = index_of(rig.joints[j].parent);
+    extent[parent] =
+        std::max(extent[parent], extent[j] + (rig.joints[j].position - rig.joints[parent].position).norm());
+  }
+  return extent;
+}
+
+struct Measured {
+  double error = 0;
+  Eigen::Vector3f low = Eigen::Vector3f::Constant(std::numeric_limits<float>::max()), high = -low;
+};
+
+// All vertices at one instant.
+Measured measure(const Task& task, const Rig& rig, const Instant& instant) {
+  const std::vector<BentBranch> bent = task.bent(instant);
+  const std::vector<JointFrame> frames = joint_frames(rig, rig.clips[instant.clip], instant.time);
+  const Surface& surface = task.surface;
+  Measured measured;
+  BlendedFrame here;
+  BentPoint wanted{Vec3::Zero(), Mat3::Identity()};
+  Vec3 axis_point = Vec3::Zero();
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    if (i == 0 || surface.branch[i - 1] != surface.branch[i] || surface.along[i - 1] != surface.along[i]) {
+      const auto k = index_of(surface.branch[i]);
+      const auto s = static_cast<double>(surface.along[i]);
+      here = blend(rig, frames, rig.shares[i]);
+      wanted = point_on(task.structure.members[k], bent[k], s);
+      axis_point = task.structure.members[k].point(s);
+    }
+    const Vec3 rest = surface.position[i].cast<double>();
+    const Vec3 skinned = here.shift + here.turn * rest;
+    const Vec3 bent_to = wanted.position + wanted.frame * (rest - axis_point);
+    measured.error = std::max(measured.error, (skinned - bent_to).squaredNorm());
+    measured.low = measured.low.cwiseMin(skinned.cast<float>());
+    measured.high = measured.high.cwiseMax(skinned.cast<float>());
+  }
+  measured.error = std::sqrt(measured.error);
+  return measured;
+}
+
+// The error at each of the checks [m].
+std::vector<double> measure(const Task& task, Rig& rig) {
+  std::vector<Measured> all(task.checks.size());
+  tbb::parallel_for(std::size_t{0}, all.size(),
+                    [&](std::size_t i) { all[i] = measure(task, rig, task.checks[i]); });
+  Measured sum;
+  std::vector<double> errors;
+  for (const Measured& one : all) {
+    errors.push_back(one.error);
+    sum.error = std::max(sum.error, one.error);
+    sum.low = sum.low.cwiseMin(one.low);
+    sum.high = sum.high.cwiseMax(one.high);
+  }
+  rig.largest_error = sum.error;
+  rig.low = sum.low.cast<double>();
+  rig.high = sum.high.cast<double>();
+  return errors;
+}
+
+// The keys of joints, within a tolerance for each.
+std::vector<double> give_keys(const Task& task, const std::vector<rig::SampledTurns>& sampled,
+                              double tolerance, Rig& rig) {
+  const std::vector<double> extent = extents(rig, task.surface);
+  rig.clips.clear();
+  for (std::size_t c = 0; c < task.clips.size(); ++c) {
+    rig.clips.push_back(rig::thin_turns(sampled[c], rig.joints, extent, tolerance));
+    rig.clips.back().name = task.clips[c].name;
+    rig.clips.back().period = task.clips[c].motion->period;
+  }
+  return measure(task, rig);
+}
+
+// The joints for an inner tolerance, and as few keys as keep them within the outer one.
+Rig fit_within(const Task& task, double inner, double outer, std::vector<double>& errors) {
+  std::vector<AxisFit> fits = rig::fit_axes(task.places, task.axes, task.poses, inner);
+  Rig rig;
+  const rig::Joints chosen = number_joints(task, fits, rig.joints);
+  rig.shares = share_skin(task, fits);
+  std::vector<rig::SampledTurns> sampled;
+  for (std::size_t c = 0; c < task.clips.size(); ++c) {
+    sampled.push_back(
+        rig::sample_turns(task.leans[c], *task.clips[c].motion, task.places, task.axes, chosen));
+  }
+  // Errors of joints on one path go the same way at a time: a few of these are the whole. Finer keys are kept
+  // only where they, and not more joints, are what was wanting.
+  errors = give_keys(task, sampled, 0.1 * outer, rig);
+  if (rig.largest_error <= outer) return rig;
+  Rig finer = rig;
+  const std::vector<double> finer_errors = give_keys(task, sampled, 0.03 * outer, finer);
+  if (finer.largest_error > 0.9 * rig.largest_error && finer.largest_error > outer) return rig;
+  errors = finer_errors;
+  return finer;
+}
+
+// The instants at which joints failed worst join those that they are chosen for.
+void learn_from(const std::vector<double>& errors, double tolerance, Task& task) {
+  constexpr std::size_t most = 8;
+  std::vector<std::size_t> order(errors.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return errors[a] > errors[b]; });
+  for (std::size_t i = 0; i < std::min(most, order.size()) && errors[order[i]] > tolerance; ++i)
+    task.instants.push_back(task.checks[order[i]]);
+  task.poses = poses_of(task, task.instants);
+}
+
+// The least tolerance that so many joints are enough for, to a tenth, from one that wants more [m].
+double tolerance_for(const Task& task, int max_joints, double tolerance) {
+  const auto wants_more = [&](double within) {
+    std::vector<AxisFit> fits = rig::fit_axes(task.places, task.axes, task.poses, within);
+    std::vector<RigJoint> joints;
+    number_joints(task, fits, joints);
+    return static_cast<int>(joints.size()) > max_joints;
+  };
+  double low = tolerance, high = 2 * tolerance;
+  for (; wants_more(high); high *= 2) low = high;
+  while (high > 1.1 * low) {
+    const double middle = std::sqrt(low * high);
+    (wants_more(middle) ? low : high) = middle;
+  }
+  return high;
+}
+
+}  // namespace
+
+Rig fit_rig(const Structure& structure, const Surface& surface, std::span<const ClipSource> clips,
+            const RigOptions& options) {
+  check(structure, surface, clips, options);
+  Task task = make_task(structure, surface, clips, options.tolerance);
+  const auto too_many = [&](const Rig& rig) {
+    return options.max_joints > 0 && static_cast<int>(rig.joints.size()) > options.max_joints;
+  };
+  const double outer = options.tolerance;
+  double inner = 0.8 * outer;
+  Rig rig;
+  for (int round = 0; round < 4; ++round) {
+    std::vector<double> errors;
+    rig = fit_within(task, inner, outer, errors);
+    if (rig.largest_error <= outer || too_many(rig)) break;
+    learn_from(errors, outer, task);
+    inner *= std::clamp(outer / rig.largest_error, 0.7, 0.9);
+  }
+  if (!too_many(rig)) return rig;
+  inner = tolerance_for(task, options.max_joints, inner);
+  std::vector<double> errors;
+  return fit_within(task, inner, 1.25 * inner, errors);
+}
+
+double linear_pose_error(const Structure& structure, const Surface& surface, const Motion& motion) {
+  const BentLean lean = bend_lean(structure, motion);
+  const Places places = rig::find_places(*lean.tree, surface, std::vector<int>(lean.bent.size(), 1));
+  double error = 0;
+  for (const double time : telling_times(motion, 24)) {
+    const Eigen::VectorXd displacement = displacement_about_lean(motion, time);
+    const std::vector<BentBranch> bent = bent_at(lean, motion, time);
+    for (std::size_t k = 0; k < bent.size(); ++k) {
+      const Vec3 turned = displacement.segment<3>(static_cast<Eigen::Index>(6 * k + 3));
+      const Vec3 linear = lean.bent[k].end + displacement.segment<3>(static_cast<Eigen::Index>(6 * k));
+      const Mat3 frame = lean.bent[k].end_frame + cross_matrix(turned) * lean.bent[k].end_frame;
+      const double reach = places.reach[index_of(places.end_of(static_cast<int>(k)))];
+      error = std::max(
+          error, (linear - bent[k].end).norm() + reach * std::sqrt(0.5) * (frame - bent[k].end_frame).norm());
+    }
+  }
+  return error;
+}
+
+}  // namespace tremula

@@ -1,0 +1,133 @@
+#include "tremula/deformation/rig_axes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tremula::rig {
+namespace {
+
+// Which branch goes on where another ends: thick and straight ones first, as the tubes of the skin have it.
+std::vector<int> continuations(const BeamTree& tree) {
+  const auto count = index_of(tree.branch_count());
+  std::vector<int> next(count, -1);
+  std::vector<double> best(count, -1);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (tree.parent[k] < 0) continue;
+    const auto p = index_of(tree.parent[k]);
+    const Member& member = tree.members[k];
+    const double straight = 1 + member.direction.dot(tree.members[p].direction);
+    const double score = member.beam.start_radius * straight;
+    if (score <= best[p]) continue;
+    best[p] = score;
+    next[p] = static_cast<int>(k);
+  }
+  return next;
+}
+
+// The vertices of a ring stand at one place along their branch; those of a collar each at their own. Where
+// the last of these stands on an axis, its skin is no longer that of the one below.
+void hold_collars(const BeamTree& tree, const Places& places, const Surface& surface, Axes& all) {
+  std::vector<double> last(all.axes.size());
+  const std::size_t count = surface.vertex_count();
+  const auto same = [&](std::size_t i, std::size_t j) {
+    return surface.branch[i] == surface.branch[j] && surface.along[i] == surface.along[j];
+  };
+  for (std::size_t first = 0, end = 0; first < count; first = end) {
+    for (end = first + 1; end < count && same(first, end);) ++end;
+    const auto k = index_of(surface.branch[first]);
+    const auto a = index_of(all.of_branch[k]);
+    const double way = all.way[k] + static_cast<double>(surface.along[first]) * tree.members[k].beam.length;
+    if (end - first < 3 && way < 0.7 * all.axes[a].reached.back()) last[a] = std::max(last[a], way);
+  }
+  for (std::size_t a = 0; a < last.size(); ++a) {
+    Axis& axis = all.axes[a];
+    if (axis.is_stem) continue;
+    axis.held = std::min(last[a], 0.5 * axis.reached.back());
+    while (axis.reached[index_of(axis.free)] <= axis.held) ++axis.free;
+    const auto k = index_of(places.branch[index_of(axis.places[index_of(axis.free)])]);
+    axis.start = tree.members[k].start + (axis.held - all.way[k]) * tree.members[k].direction;
+  }
+}
+
+}  // namespace
+
+std::vector<char> vertices_of_pieces(const Surface& surface) {
+  std::vector<char> in_piece(surface.vertex_count());
+  for (const SurfacePart& part : surface.parts) {
+    for (std::uint32_t v = 0; v < part.pieces.size * part.pieces.count; ++v)
+      in_piece[part.pieces.first_vertex + v] = 1;
+  }
+  return in_piece;
+}
+
+Places find_places(const BeamTree& tree, const Surface& surface, const std::vector<int>& pieces) {
+  Places places;
+  const auto add = [&](int k, double s) {
+    places.branch.push_back(k);
+    places.s.push_back(s);
+    places.rest.push_back(tree.members[index_of(k)].point(s));
+  };
+  for (int k = 0; k < tree.branch_count(); ++k) {
+    const bool stands = tree.parent[index_of(k)] < 0;
+    places.foot.push_back(stands ? places.count() : -1);
+    if (stands) add(k, 0);
+    places.first.push_back(places.count());
+    places.pieces.push_back(pieces[index_of(k)]);
+    for (int i = 1; i <= pieces[index_of(k)]; ++i) add(k, static_cast<double>(i) / pieces[index_of(k)]);
+  }
+  places.reach.assign(places.branch.size(), 0);
+  places.leafy.assign(places.branch.size(), 0);
+  const std::vector<char> in_piece = vertices_of_pieces(surface);
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    const auto k = index_of(surface.branch[i]);
+    const auto s = static_cast<double>(surface.along[i]);
+    const double arm = (surface.position[i].cast<double>() - tree.members[k].point(s)).norm();
+    const int piece = std::clamp(static_cast<int>(std::ceil(s * places.pieces[k])), 1, places.pieces[k]);
+    const auto place = index_of(places.first[k] + piece - 1);
+    places.reach[place] = std::max(places.reach[place], arm);
+    if (in_piece[i] != 0) places.leafy[place] = 1;
+  }
+  return places;
+}
+
+Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surface) {
+  const std::vector<int> next = continuations(tree);
+  Axes all;
+  all.of_branch.assign(tree.parent.size(), -1);
+  all.way.assign(tree.parent.size(), 0);
+  for (int first = 0; first < tree.branch_count(); ++first) {
+    const int parent = tree.parent[index_of(first)];
+    if (parent >= 0 && next[index_of(parent)] == first) continue;
+    Axis axis{.base = parent < 0 ? places.foot[index_of(first)] : places.end_of(parent),
+              .foot = tree.members[index_of(first)].start,
+              .start = tree.members[index_of(first)].start,
+              .is_stem = parent < 0};
+    if (parent >= 0) axis.depth = 1 + all.axes[index_of(all.of_branch[index_of(parent)])].depth;
+    double way = 0;
+    for (int k = first; k >= 0; k = next[index_of(k)]) {
+      const double length = tree.members[index_of(k)].beam.length;
+      all.of_branch[index_of(k)] = static_cast<int>(all.axes.size());
+      all.way[index_of(k)] = way;
+      for (int i = 0; i < places.pieces[index_of(k)]; ++i) {
+        const int place = places.first[index_of(k)] + i;
+        axis.places.push_back(place);
+        axis.reached.push_back(way + places.s[index_of(place)] * length);
+      }
+      way += length;
+    }
+    all.axes.push_back(std::move(axis));
+  }
+  hold_collars(tree, places, surface, all);
+  return all;
+}
+
+PlacePose pose_of(const BeamTree& tree, const Places& places, const std::vector<BentBranch>& bent,
+                  int place) {
+  const auto k = index_of(places.branch[index_of(place)]);
+  const double s = places.s[index_of(place)];
+  if (s == 1) return {bent[k].end, bent[k].end_frame};
+  const BentPoint point = point_on(tree.members[k], bent[k], s);
+  return {point.position, point.frame};
+}
+
+}  // namespace tremula::rig

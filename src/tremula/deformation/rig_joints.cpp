@@ -1,0 +1,468 @@
+#include "tremula/deformation/rig_joints.hpp"
+
+#include "tremula/numerics/rotation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+
+#include <tbb/parallel_for.h>
+#include <Eigen/Geometry>
+
+namespace tremula::rig {
+namespace {
+
+// The root stands still.
+const JointFrame& still() {
+  static const JointFrame frame{};
+  return frame;
+}
+
+const JointFrame& frame_of(const Segment* segment, std::size_t t) {
+  return segment == nullptr ? still() : segment->at[t];
+}
+
+// What moves a cross section at one instant: x -> shift + turn x.
+BlendedFrame blended(const Mix& mix, std::size_t t) {
+  return blend_of(mix, [t](const Segment* segment) -> const JointFrame& { return frame_of(segment, t); });
+}
+
+double way_of(const Axis& axis, int at) { return at < 0 ? axis.held : axis.reached[index_of(at)]; }
+
+// So many of them, the heaviest first, that add up to 1.
+Mix heaviest(std::span<Term> terms, int most) {
+  std::stable_sort(terms.begin(), terms.end(),
+                   [](const Term& a, const Term& b) { return a.weight > b.weight; });
+  Mix mix{.count = 0};
+  double sum = 0;
+  for (const Term& term : terms) {
+    if (mix.count == most || !(term.weight > 1e-6)) break;
+    mix.terms[index_of(mix.count++)] = term;
+    sum += term.weight;
+  }
+  for (int i = 0; i < mix.count; ++i) mix.terms[index_of(i)].weight /= sum;
+  return mix;
+}
+
+// Quadratic B-splines on the knots: those of the segment, of the one before (the base, for the first) and of
+// the one after. The last goes straight on.
+Mix mix_of(const Axis& axis, const Mix& base, std::span<const Segment> segments, double way) {
+  if (segments.empty() || way <= axis.held) return base;
+  std::size_t i = 0;
+  while (i + 1 < segments.size() && way > way_of(axis, segments[i].to)) ++i;
+  const double from = way_of(axis, segments[i].from), to = way_of(axis, segments[i].to);
+  const double before = i == 0 ? from : way_of(axis, segments[i - 1].from);
+  const bool last = i + 1 == segments.size();
+  const double after = last ? to : way_of(axis, segments[i + 1].to);
+  const double left = std::max(to - way, 0.0), gone = way - from, length = to - from;
+  double back = 1, on = 0;
+  if (length > 0) {
+    back = left * left / (length * (to - before));
+    on = last ? 0 : gone * gone / (length * (after - from));
+  }
+  std::array<Term, 6> terms{};
+  std::size_t count = 0;
+  terms[count++] = {&segments[i], 1 - back - on};
+  if (!last) terms[count++] = {&segments[i + 1], on};
+  if (i > 0) {
+    terms[count++] = {&segments[i - 1], back};
+  } else {
+    for (const Term& term : base.all()) terms[count++] = {term.segment, back * term.weight};
+  }
+  return heaviest({terms.data(), count}, 4);
+}
+
+// What an axis with joints of its own is blended into, so that it has room for two of these.
+Mix two_of(Mix mix) { return heaviest({mix.terms.data(), mix.all().size()}, 2); }
+
+// A segment between two places of the axis, and where its middle is.
+Segment make_segment(const Places& places, const Axis& axis, int from, int to) {
+  Segment segment;
+  segment.rest = from < 0 ? axis.start : places.rest[index_of(axis.places[index_of(from)])];
+  segment.chord = places.rest[index_of(axis.places[index_of(to)])] - segment.rest;
+  segment.from = from;
+  segment.to = to;
+  const double middle = 0.5 * (way_of(axis, from) + way_of(axis, to));
+  segment.high = from < 0 ? axis.free : from + 1;
+  while (segment.high < to && way_of(axis, segment.high) < middle) ++segment.high;
+  segment.low = segment.high == axis.free ? -1 : segment.high - 1;
+  const double low = way_of(axis, segment.low), high = way_of(axis, segment.high);
+  segment.part = high > low ? std::clamp((middle - low) / (high - low), 0.0, 1.0) : 0;
+  return segment;
+}
+
+// What the skin may be stretched by blending, 2 % with what bends rightly do to it.
+constexpr double most_stretch = 0.012;
+
+// How far a place that carries joints may turn from where it should be (rad): blending from there to another
+// turn stretches the skin by a quarter of the square of the difference.
+constexpr double most_turn = 0.15;
+
+// What an axis with joints may be off the skin that it springs from, as a part of the tolerance.
+constexpr double most_gap = 0.1;
+
+// The fit of one axis, given what carries it.
+class AxisFitter {
+ public:
+  AxisFitter(const Places& places, const PlacePoses& poses, const std::vector<char>& carries_joints,
+             const Axis& axis, const Mix& carrier, double tolerance)
+      : places_(places),
+        poses_(poses),
+        carries_joints_(carries_joints),
+        axis_(axis),
+        carrier_(carrier),
+        base_(two_of(carrier)),
+        tolerance_(tolerance) {}
+
+  // Within the tolerance first; then, as far as more joints help, without stretching the skin.
+  std::vector<Segment> fit() const {
+    if (worst_place({}).error <= tolerance_) return {};
+    const auto place = [this](const Segments& segments) { return worst_place(segments); };
+    const auto stretch = [this](const Segments& segments) { return worst_stretch(segments); };
+    std::vector<int> knots = refined({last()}, tolerance_, place, 6);
+    leave_out(knots);
+    return segments_of(refined(knots, most_stretch, stretch, 4));
+  }
+
+ private:
+  using Segments = std::span<const Segment>;
+  struct Trial {
+    double error = 0;
+    int at = 0;  // where it is worst, by the order of places
+  };
+
+  int last() const { return static_cast<int>(axis_.places.size()) - 1; }
+
+  // More knots until an error is no more than so much, or they stop to help.
+  template <class ErrorOf>
+  std::vector<int> refined(std::vector<int> knots, double most, const ErrorOf& error_of, int patience) const {
+    Trial trial = error_of(segments_of(knots));
+    std::vector<int> best = knots;
+    double least = trial.error;
+    for (int in_vain = 0; trial.error > most && in_vain < patience;) {
+      if (static_cast<int>(knots.size()) > last() - axis_.free) break;
+      trial = with_one_more(knots, trial, error_of);
+      ++in_vain;
+      if (trial.error > 0.95 * least) continue;
+      in_vain = 0;
+      least = trial.error;
+      best = knots;
+    }
+    return best;
+  }
+
+  std::vector<Segment> segments_of(const std::vector<int>& knots) const {
+    std::vector<Segment> segments;
+    int from = -1;
+    for (const int to : knots) {
+      segments.push_back(make_segment(places_, axis_, from, to));
+      from = to;
+    }
+    hook(segments.front());
+    for (std::size_t i = 1; i < segments.size(); ++i) segments[i].hook.terms[0].segment = &segments[i - 1];
+    for (Segment& segment : segments) {
+      segment.at.resize(poses_.instants);
+      for (std::size_t t = 0; t < poses_.instants; ++t) {
+        const BlendedFrame frame = blended(segment.hook, t);
+        segment.at[t] = segment_frame(axis_, segment, frame.shift + frame.turn * segment.rest,
+                                      [&](int place) -> PlacePose {
+                                        return {poses_.position_of(place, t), poses_.frame_of(place, t)};
+                                      });
+      }
+    }
+    return segments;
+  }
+
+  // The first joint hangs on one segment where that takes it nearly along with the skin there, and otherwise
+  // travels with the skin: so near that blending one into the other stretches nothing.
+  void hook(Segment& first) const {
+    constexpr double share_of_tolerance = 0.05, stretch = 0.002;
+    const Mix alone{.terms = {Term{base_.terms[0].segment, 1}}};
+    const double most = std::min(share_of_tolerance * tolerance_, stretch * way_of(axis_, first.to));
+    double off = 0;
+    for (std::size_t t = 0; t < poses_.instants && base_.count > 1; ++t) {
+      const BlendedFrame skin = blended(base_, t), hung = blended(alone, t);
+      off = std::max(off, (skin.shift - hung.shift + (skin.turn - hung.turn) * first.rest).norm());
+    }
+    first.hook = off > most ? base_ : alone;
+  }
+
+  // How far off a place is at worst, with what reaches from it.
+  double error_at(int at, const Mix& mix) const {
+    const int place = axis_.places[index_of(at)];
+    const Vec3& rest = places_.rest[index_of(place)];
+    const double reach = places_.reach[index_of(place)];
+    double error = 0;
+    for (std::size_t t = 0; t < poses_.instants; ++t) {
+      const BlendedFrame frame = blended(mix, t);
+      const double off = (frame.shift + frame.turn * rest - poses_.position_of(place, t)).norm();
+      const double turned = std::sqrt(0.5) * (frame.turn - poses_.frame_of(place, t)).norm();
+      error = std::max(error, off + reach * turned);
+      if (carries_joints_[index_of(place)] == 0) continue;
+      error = std::max(error, tolerance_ / most_turn * turned);
+      if (mix.count < 3) continue;
+      const BlendedFrame near = blended(two_of(mix), t);
+      const Vec3 gap = frame.shift - near.shift + (frame.turn - near.turn) * rest;
+      error = std::max(error, gap.norm() / most_gap);
+    }
+    return error;
+  }
+
+  Trial worst_place(Segments segments) const {
+    Trial trial;
+    for (int i = 0; i <= last(); ++i) {
+      const Mix& base = segments.empty() ? carrier_ : base_;
+      const Mix mix = mix_of(axis_, base, segments, way_of(axis_, i));
+      const bool leafy = places_.leafy[index_of(axis_.places[index_of(i)])] != 0;
+      double error = error_at(i, mix);
+      if (leafy && mix.count > 1 && error <= tolerance_) {
+        const Mix stiff = stiffened(mix, poses_.instants);
+        if (stiff.terms[0].weight != mix.terms[0].weight) error = std::max(error, error_at(i, stiff));
+      }
+      if (error > trial.error) trial = {error, i};
+    }
+    return trial;
+  }
+
+  Trial worst_stretch(Segments segments) const {
+    Trial trial;
+    for (int i = 0; i <= last() && !segments.empty(); ++i) {
+      const double error = stretch_before(i, segments);
+      if (error > trial.error) trial = {error, i};
+    }
+    return trial;
+  }
+
+  // By how much, at worst, the skin is stretched between a place and the one before, as a part of its length.
+  double stretch_before(int at, Segments segments) const {
+    static constexpr std::array<double, 5> on_first{0, 0.125, 0.25, 0.5, 1};
+    static constexpr std::array<double, 3> later{0, 0.5, 1};
+    const std::span<const double> parts = at == 0 ? std::span<const double>(on_first) : later;
+    const Vec3 from = at == 0 ? axis_.foot : places_.rest[index_of(axis_.places[index_of(at - 1)])];
+    const Vec3 way = places_.rest[index_of(axis_.places[index_of(at)])] - from;
+    const double begin = at == 0 ? 0 : way_of(axis_, at - 1), length = way_of(axis_, at) - begin;
+    if (!(length > 1e-4)) return 0;
+    std::array<Mix, on_first.size()> mixes;
+    for (std::size_t i = 0; i < parts.size(); ++i)
+      mixes[i] = mix_of(axis_, base_, segments, begin + parts[i] * length);
+    double most = 0;
+    constexpr std::size_t every = 2;  // instants are many and much alike
+    for (std::size_t t = 0; t < poses_.instants; t += every) {
+      Vec3 last = Vec3::Zero();
+      for (std::size_t i = 0; i < parts.size(); ++i) {
+        const BlendedFrame frame = blended(mixes[i], t);
+        const Vec3 here = frame.shift + frame.turn * (from + parts[i] * way);
+        if (i > 0) most = std::max(most, (here - last).norm() / ((parts[i] - parts[i - 1]) * way.norm()) - 1);
+        last = here;
+      }
+    }
+    return most;
+  }
+
+  // The place nearest to the middle between two, itself neither; -1 where there is none.
+  int middle(int from, int to) const {
+    int best = -1;
+    const double wanted = 0.5 * (way_of(axis_, from) + way_of(axis_, to));
+    for (int i = from < 0 ? axis_.free : from + 1; i < to; ++i) {
+      if (best < 0 || std::abs(way_of(axis_, i) - wanted) < std::abs(way_of(axis_, best) - wanted)) best = i;
+    }
+    return best;
+  }
+
+  // Splits where that helps most: at the worst place, or in the middle of its segment or of a neighbour.
+  template <class ErrorOf>
+  Trial with_one_more(std::vector<int>& knots, const Trial& before, const ErrorOf& error_of) const {
+    const auto i = static_cast<int>(std::lower_bound(knots.begin(), knots.end(), before.at) - knots.begin());
+    const auto from = [&](int k) { return k == 0 ? -1 : knots[index_of(k - 1)]; };
+    std::vector<int> candidates{std::max(before.at, axis_.free)};
+    for (const int k : {i, i - 1, i + 1}) {
+      if (k >= 0 && k < static_cast<int>(knots.size()))
+        candidates.push_back(middle(from(k), knots[index_of(k)]));
+    }
+    Trial best{.error = -1};
+    std::vector<int> chosen;
+    const auto consider = [&](int candidate) {
+      if (candidate < 0 || std::binary_search(knots.begin(), knots.end(), candidate)) return;
+      std::vector<int> more = knots;
+      more.insert(std::lower_bound(more.begin(), more.end(), candidate), candidate);
+      const Trial trial = error_of(segments_of(more));
+      if (best.error >= 0 && trial.error >= best.error) return;
+      best = trial;
+      chosen = more;
+    };
+    for (const int candidate : candidates) consider(candidate);
+    // Where nothing is left to split there, anywhere.
+    for (int k = axis_.free; best.error < 0 && k <= last(); ++k) consider(k);
+    knots = chosen;
+    return best;
+  }
+
+  // Knots that later ones made idle.
+  void leave_out(std::vector<int>& knots) const {
+    for (std::size_t k = 0; k + 1 < knots.size();) {
+      std::vector<int> fewer;
+      for (const int knot : knots) {
+        if (knot != knots[k]) fewer.push_back(knot);
+      }
+      if (worst_place(segments_of(fewer)).error <= tolerance_) {
+        knots = fewer;
+      } else {
+        ++k;
+      }
+    }
+  }
+
+  const Places& places_;
+  const PlacePoses& poses_;
+  const std::vector<char>& carries_joints_;
+  const Axis& axis_;
+  Mix carrier_, base_;
+  double tolerance_;
+};
+
+// Whether a place stays where its carrier's own frame would take it.
+bool rides(const Places& places, const PlacePoses& poses, int place, int on, double tolerance) {
+  const Vec3 arm = places.rest[index_of(place)] - places.rest[index_of(on)];
+  const double reach = places.reach[index_of(place)];
+  for (std::size_t t = 0; t < poses.instants; ++t) {
+    const Mat3 frame = poses.frame_of(on, t);
+    const double off = (poses.position_of(on, t) + frame * arm - poses.position_of(place, t)).norm();
+    const double turned = std::sqrt(0.5) * (frame - poses.frame_of(place, t)).norm();
+    if (off + reach * turned > tolerance) return false;
+  }
+  return true;
+}
+
+// (P) The places that carry axes which will have joints, or others that will.
+std::vector<char> joint_carriers(const Places& places, const Axes& axes, const PlacePoses& poses,
+                                 double tolerance) {
+  const std::size_t count = axes.axes.size();
+  std::vector<char> bends(count), carries(places.branch.size());
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t a) {
+    const Axis& axis = axes.axes[a];
+    for (auto it = axis.places.rbegin(); it != axis.places.rend() && bends[a] == 0; ++it)
+      bends[a] = rides(places, poses, *it, axis.base, tolerance) ? 0 : 1;
+  });
+  for (std::size_t a = count; a-- > 0;) {
+    if (bends[a] == 0) continue;
+    const Axis& axis = axes.axes[a];
+    carries[index_of(axis.base)] = 1;
+    if (!axis.is_stem) bends[index_of(axes.of_branch[index_of(places.branch[index_of(axis.base)])])] = 1;
+  }
+  return carries;
+}
+
+std::vector<JointFrame> frames_of_place(const PlacePoses& poses, int place) {
+  std::vector<JointFrame> frames(poses.instants);
+  for (std::size_t t = 0; t < poses.instants; ++t)
+    frames[t] = {poses.position_of(place, t), poses.frame_of(place, t)};
+  return frames;
+}
+
+bool moves(const std::vector<JointFrame>& frames, const Vec3& rest) {
+  return std::any_of(frames.begin(), frames.end(), [&](const JointFrame& frame) {
+    return (frame.position - rest).norm() > 1e-6 || (frame.turn - Mat3::Identity()).norm() > 1e-6;
+  });
+}
+
+// A stem stands on the root, or on a joint of its own where the ground gives way.
+void stand(const Places& places, const Axis& axis, const PlacePoses& poses, AxisFit& fit) {
+  const Vec3& rest = places.rest[index_of(axis.base)];
+  std::vector<JointFrame> frames = frames_of_place(poses, axis.base);
+  if (!moves(frames, rest)) return;
+  fit.foot = std::make_unique<Segment>(Segment{.rest = rest, .is_foot = true, .at = std::move(frames)});
+  fit.base.terms[0].segment = fit.foot.get();
+}
+
+}  // namespace
+
+Mix mix_at(const Axis& axis, const AxisFit& fit, double way) {
+  return mix_of(axis, fit.base, fit.segments, way);
+}
+
+Mix stiffened(const Mix& mix, std::size_t instants) {
+  constexpr double least_area = 0.993;
+  const auto towards_first = [&](double share) {
+    Mix result = mix;
+    for (int i = 0; i < mix.count; ++i) result.terms[index_of(i)].weight *= share;
+    result.terms[0].weight += 1 - share;
+    return result;
+  };
+  // A blend of rotations keeps lengths along their common axis, and shrinks those across it by a factor whose
+  // square this is.
+  const auto least = [&](const Mix& of) {
+    double area = 1;
+    for (std::size_t t = 0; t < instants; t += 2)
+      area = std::min(area, (blended(of, t).turn.squaredNorm() - 1) / 2);
+    return area;
+  };
+  if (mix.count < 2 || least(mix) >= least_area) return mix;
+  double low = 0, high = 1;
+  for (int i = 0; i < 6; ++i) {
+    const double middle = 0.5 * (low + high);
+    (least(towards_first(middle)) >= least_area ? low : high) = middle;
+  }
+  return towards_first(low);
+}
+
+void release_bent_collars(const PlacePoses& poses, double tolerance, Axes& axes) {
+  constexpr double most_turn = 0.1, share_of_tolerance = 0.3;  // (rad)
+  for (Axis& axis : axes.axes) {
+    if (axis.held == 0) continue;
+    const int beyond = axis.places[index_of(axis.free)];
+    double turned = 0;
+    for (std::size_t t = 0; t < poses.instants; ++t) {
+      const Mat3 difference = poses.frame_of(beyond, t) - poses.frame_of(axis.base, t);
+      turned = std::max(turned, std::sqrt(0.5) * difference.norm());
+    }
+    turned *= axis.held / axis.reached[index_of(axis.free)];
+    if (turned < most_turn && turned * axis.held < share_of_tolerance * tolerance) continue;
+    axis.held = 0;
+    axis.free = 0;
+    axis.start = axis.foot;
+  }
+}
+
+JointFrame segment_frame(const Axis& axis, const Segment& segment, const Vec3& knot,
+                         const PoseOfPlace& pose) {
+  const auto frame_at = [&](int at) { return pose(at < 0 ? axis.base : axis.places[index_of(at)]).frame; };
+  const Mat3 low = frame_at(segment.low), high = frame_at(segment.high);
+  const Mat3 middle = low * rotation_matrix(segment.part * rotation_vector(low.transpose() * high));
+  const Vec3 chord = pose(axis.places[index_of(segment.to)]).position - knot;
+  if (!(segment.chord.norm() > 0) || !(chord.norm() > 0)) return {knot, middle};
+  return {knot, shortest_turn(middle * segment.chord.normalized(), chord.normalized()) * middle};
+}
+
+std::vector<AxisFit> fit_axes(const Places& places, const Axes& axes, const PlacePoses& poses,
+                              double tolerance) {
+  const std::vector<char> carries = joint_carriers(places, axes, poses, tolerance);
+  std::vector<AxisFit> fits(axes.axes.size());
+  std::vector<std::vector<std::size_t>> levels;
+  for (std::size_t a = 0; a < fits.size(); ++a) {
+    const auto depth = index_of(axes.axes[a].depth);
+    if (levels.size() <= depth) levels.resize(depth + 1);
+    levels[depth].push_back(a);
+  }
+  for (const std::vector<std::size_t>& level : levels) {
+    tbb::parallel_for(std::size_t{0}, level.size(), [&](std::size_t i) {
+      const Axis& axis = axes.axes[level[i]];
+      AxisFit& fit = fits[level[i]];
+      if (axis.is_stem) {
+        stand(places, axis, poses, fit);
+      } else {
+        const int k = places.branch[index_of(axis.base)];
+        const auto carrier = index_of(axes.of_branch[index_of(k)]);
+        const Axis& below = axes.axes[carrier];
+        const auto at = std::lower_bound(below.places.begin(), below.places.end(), axis.base);
+        fit.base = mix_at(below, fits[carrier], below.reached[index_of(at - below.places.begin())]);
+      }
+      const Mix carrier = fit.base;
+      fit.segments = AxisFitter(places, poses, carries, axis, carrier, tolerance).fit();
+      if (!fit.segments.empty()) fit.base = two_of(carrier);
+    });
+  }
+  return fits;
+}
+
+}  // namespace tremula::rig

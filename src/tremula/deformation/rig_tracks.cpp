@@ -1,0 +1,222 @@
+#include "tremula/deformation/rig_tracks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <tbb/parallel_for.h>
+
+namespace tremula::rig {
+namespace {
+
+// The part of a tree that some places stand on: their branches and all that carry those.
+struct PartOfTree {
+  BeamTree tree;            // parents and members alone
+  std::vector<int> branch;  // of the whole
+  std::vector<int> local;   // (N) -1 where it is not in the part
+  Eigen::VectorXd strains;  // of the lean
+  StrainMaps maps;
+  Eigen::MatrixXd columns;  // what moves about the lean
+};
+
+PartOfTree part_below(const BentLean& lean, const Motion& motion, const std::vector<char>& wanted) {
+  const BeamTree& whole = *lean.tree;
+  std::vector<char> in_part = wanted;
+  for (int k = whole.branch_count() - 1; k >= 0; --k) {
+    const int parent = whole.parent[index_of(k)];
+    if (in_part[index_of(k)] != 0 && parent >= 0) in_part[index_of(parent)] = 1;
+  }
+  PartOfTree part;
+  part.local.assign(in_part.size(), -1);
+  for (int k = 0; k < whole.branch_count(); ++k) {
+    if (in_part[index_of(k)] == 0) continue;
+    const int parent = whole.parent[index_of(k)];
+    part.local[index_of(k)] = static_cast<int>(part.branch.size());
+    part.branch.push_back(k);
+    part.tree.parent.push_back(parent < 0 ? -1 : part.local[index_of(parent)]);
+    part.tree.members.push_back(whole.members[index_of(k)]);
+    part.maps.translation.push_back(lean.maps.translation[index_of(k)]);
+    part.maps.rotation.push_back(lean.maps.rotation[index_of(k)]);
+    part.maps.reach.push_back(lean.maps.reach[index_of(k)]);
+  }
+  const auto rows = static_cast<Eigen::Index>(6 * part.branch.size());
+  part.strains.resize(rows);
+  part.columns.resize(rows, motion.basis.columns.cols());
+  for (std::size_t i = 0; i < part.branch.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(6 * i), from = Eigen::Index{6} * part.branch[i];
+    part.strains.segment<6>(row) = lean.strains.segment<6>(from);
+    part.columns.middleRows<6>(row) = motion.basis.columns.middleRows<6>(from);
+  }
+  for (std::size_t c = 0; c < motion.basis.kind.size(); ++c) {
+    if (motion.basis.kind[c] == ShapeKind::lean) part.columns.col(static_cast<Eigen::Index>(c)).setZero();
+  }
+  return part;
+}
+
+std::vector<char> branches_of(const Places& places, const Axes& axes, const Joints& joints,
+                              std::size_t branch_count) {
+  std::vector<char> wanted(branch_count);
+  for (std::size_t j = 0; j < joints.segments.size(); ++j) {
+    const Axis& axis = axes.axes[index_of(joints.axis[j])];
+    const Segment& segment = *joints.segments[j];
+    wanted[index_of(places.branch[index_of(axis.base)])] = 1;
+    if (segment.is_foot) continue;
+    for (const int at : {segment.low, segment.high, segment.to}) {
+      if (at >= 0) wanted[index_of(places.branch[index_of(axis.places[index_of(at)])])] = 1;
+    }
+  }
+  return wanted;
+}
+
+std::vector<JointFrame> frames_at(const PartOfTree& part, const Places& places, const Axes& axes,
+                                  const Joints& joints, const Eigen::VectorXd& coordinates) {
+  const Eigen::VectorXd displacement = part.columns * coordinates;
+  const std::vector<BentBranch> bent =
+      bend(part.tree, part.strains + strains_about(part.tree, part.maps, displacement));
+  const PoseOfPlace pose = [&](int place) -> PlacePose {
+    const auto k = index_of(part.local[index_of(places.branch[index_of(place)])]);
+    const double s = places.s[index_of(place)];
+    if (s == 1) return {bent[k].end, bent[k].end_frame};
+    const BentPoint point = point_on(part.tree.members[k], bent[k], s);
+    return {point.position, point.frame};
+  };
+  std::vector<JointFrame> frames(joints.segments.size() + 1);
+  for (std::size_t j = 0; j < joints.segments.size(); ++j) {
+    const Segment& segment = *joints.segments[j];
+    const Axis& axis = axes.axes[index_of(joints.axis[j])];
+    if (segment.is_foot) {
+      const PlacePose foot = pose(axis.base);
+      frames[j + 1] = {foot.position, foot.frame};
+      continue;
+    }
+    const BlendedFrame hook = blend_of(segment.hook, [&](const Segment* one) -> const JointFrame& {
+      return frames[one == nullptr ? 0 : index_of(one->joint)];
+    });
+    frames[j + 1] = segment_frame(axis, segment, hook.shift + hook.turn * segment.rest, pose);
+  }
+  return frames;
+}
+
+Eigen::Quaterniond read_back(const StoredTurn& stored) {
+  return Eigen::Quaterniond(stored[3], stored[0], stored[1], stored[2]).normalized();
+}
+
+StoredTurn stored(const Eigen::Quaterniond& turn) {
+  const Eigen::Vector4d steps = 32767 * turn.coeffs();
+  StoredTurn result{};
+  for (std::size_t i = 0; i < 4; ++i)
+    result[i] = static_cast<std::int16_t>(std::lround(steps[static_cast<Eigen::Index>(i)]));
+  return result;
+}
+
+// The samples at which a track has keys.
+std::vector<int> keys_of(int stride, int sample_count) {
+  std::vector<int> keys;
+  for (int p = 0; p < sample_count; p += stride) keys.push_back(p);
+  keys.push_back(sample_count);
+  return keys;
+}
+
+constexpr int strides[] = {1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 30, 60, 120, 300};
+
+// By how much turns between these keys are off at worst, at the samples (rad); until that is too much.
+double error_between(const std::vector<Eigen::Quaterniond>& turns,
+                     const std::vector<Eigen::Quaterniond>& read, int stride, double most) {
+  const int count = static_cast<int>(turns.size());
+  const std::vector<int> keys = keys_of(stride, count);
+  double error = 0;
+  for (std::size_t i = 0; i + 1 < keys.size() && error <= most; ++i) {
+    const Eigen::Quaterniond &first = read[index_of(keys[i])], &next = read[index_of(keys[i + 1] % count)];
+    for (int p = keys[i]; p < keys[i + 1]; ++p) {
+      const double part = static_cast<double>(p - keys[i]) / (keys[i + 1] - keys[i]);
+      error = std::max(error, turns[index_of(p)].angularDistance(first.slerp(part, next)));
+    }
+  }
+  return error;
+}
+
+double error_between(const std::vector<Vec3>& positions, int stride) {
+  const int count = static_cast<int>(positions.size());
+  const std::vector<int> keys = keys_of(stride, count);
+  double error = 0;
+  for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
+    for (int p = keys[i]; p < keys[i + 1]; ++p) {
+      const double part = static_cast<double>(p - keys[i]) / (keys[i + 1] - keys[i]);
+      const Vec3 between =
+          (1 - part) * positions[index_of(keys[i])] + part * positions[index_of(keys[i + 1] % count)];
+      error = std::max(error, (positions[index_of(p)] - between).norm());
+    }
+  }
+  return error;
+}
+
+JointTrack thin_track(const std::vector<Eigen::Quaterniond>& turns, const std::vector<Vec3>& positions,
+                      double extent, double tolerance) {
+  const int count = static_cast<int>(turns.size());
+  const double most = tolerance / std::max(extent, 1e-9);
+  std::vector<StoredTurn> all;
+  std::vector<Eigen::Quaterniond> read;
+  for (const Eigen::Quaterniond& turn : turns) {
+    all.push_back(stored(turn));
+    read.push_back(read_back(all.back()));
+  }
+  JointTrack track;
+  for (const int stride : strides) {
+    if (stride > count) break;
+    if (stride > 1 && error_between(turns, read, stride, most) > most) continue;
+    if (stride > 1 && !positions.empty() && error_between(positions, stride) > tolerance) continue;
+    track.stride = stride;
+  }
+  for (const int key : keys_of(track.stride, count)) {
+    track.turn.push_back(all[index_of(key % count)]);
+    if (!positions.empty()) track.position.push_back(positions[index_of(key % count)].cast<float>());
+  }
+  return track;
+}
+
+}  // namespace
+
+SampledTurns sample_turns(const BentLean& lean, const Motion& motion, const Places& places, const Axes& axes,
+                          const Joints& joints) {
+  const PartOfTree part =
+      part_below(lean, motion, branches_of(places, axes, joints, lean.tree->members.size()));
+  const auto samples = index_of(motion.sample_count());
+  const std::size_t count = joints.segments.size() + 1;
+  SampledTurns sampled;
+  sampled.turn.assign(count, std::vector<Eigen::Quaterniond>(samples, Eigen::Quaterniond::Identity()));
+  sampled.position.resize(count);
+  for (std::size_t j = 1; j < count; ++j) {
+    if (joints.segments[j - 1]->travels()) sampled.position[j].resize(samples);
+  }
+  tbb::parallel_for(std::size_t{0}, samples, [&](std::size_t p) {
+    const std::vector<JointFrame> frames = frames_at(
+        part, places, axes, joints, motion.coordinates.row(static_cast<Eigen::Index>(p)).transpose());
+    for (std::size_t j = 1; j < count; ++j) {
+      const Segment* parent = joints.segments[j - 1]->parent();
+      const JointFrame& below = frames[parent == nullptr ? 0 : index_of(parent->joint)];
+      sampled.turn[j][p] = Eigen::Quaterniond(Mat3(below.turn.transpose() * frames[j].turn)).normalized();
+      if (!sampled.position[j].empty())
+        sampled.position[j][p] = below.turn.transpose() * (frames[j].position - below.position);
+    }
+  });
+  // The two quaternions of a turn are both right; neighbours shall be in one half of the sphere.
+  for (std::vector<Eigen::Quaterniond>& turns : sampled.turn) {
+    for (std::size_t p = 0; p < samples; ++p) {
+      const bool flip = p == 0 ? turns[0].w() < 0 : turns[p].dot(turns[p - 1]) < 0;
+      if (flip) turns[p].coeffs() *= -1;
+    }
+  }
+  return sampled;
+}
+
+RigClip thin_turns(const SampledTurns& sampled, const std::vector<RigJoint>& joints,
+                   const std::vector<double>& extent, double tolerance) {
+  RigClip clip;
+  clip.sample_count = static_cast<int>(sampled.turn.front().size());
+  clip.tracks.resize(joints.size());
+  tbb::parallel_for(std::size_t{1}, joints.size(), [&](std::size_t j) {
+    clip.tracks[j] = thin_track(sampled.turn[j], sampled.position[j], extent[j], tolerance);
+  });
+  return clip;
+}
+
+}  // namespace tremula::rig

@@ -1,0 +1,158 @@
+#include "tremula/deformation/fit_rig.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <tbb/global_control.h>
+
+#include "structure/random_vector.hpp"
+#include "trees.hpp"
+#include "tremula/base/error.hpp"
+#include "tremula/deformation/bent_pose.hpp"
+
+namespace tremula {
+namespace {
+
+// A tree that sways about a bent lean by a random shape or two.
+struct Case {
+  Skeleton skeleton;
+  Structure structure;
+  Surface surface;
+  Motion motion{.period = 3, .basis = {}, .coordinates = 0.5 * test::random_vector(60, 9).reshaped(20, 3)};
+
+  explicit Case(Skeleton of, double lean, double sway, const RootSpring& root = {})
+      : skeleton(std::move(of)) {
+    surface = mesh_surface(skeleton, {.leaves = false});
+    structure = assemble(skeleton, test::weightless({.root = root}));
+    motion.lean_strains = lean * test::random_vector(structure.size(), 8);
+    for (const Member& member : structure.members) {
+      const Vec3 d = member.direction, v = motion.lean_strains.segment<3>(member.end_row);
+      motion.lean_strains.segment<3>(member.end_row) = member.beam.length * (v - v.dot(d) * d);
+    }
+    const std::vector<BentBranch> bent = bend(*structure.tree, motion.lean_strains);
+    const BeamTree standing = tree_at(*structure.tree, bent);
+    Modes shapes;
+    shapes.frequency = Eigen::Vector2d(1, 2);
+    shapes.shapes.resize(structure.size(), 2);
+    for (Eigen::Index r = 0; r < 2; ++r) {
+      const Eigen::VectorXd shape =
+          solve_static(standing, test::random_vector(structure.size(), static_cast<std::uint64_t>(40 + r)));
+      const double turned = shape.reshaped(6, shape.size() / 6).bottomRows(3).colwise().norm().maxCoeff();
+      shapes.shapes.col(r) = sway / turned * shape;
+    }
+    motion.basis = join(displacement_of(*structure.tree, bent), shapes, {});
+    motion.coordinates.col(0).setOnes();
+  }
+
+  Rig rig(const RigOptions& options) const {
+    const ClipSource clip{"wind loop", &motion};
+    return fit_rig(structure, surface, {&clip, 1}, options);
+  }
+
+  double error_at(const Rig& rig, double time) const {
+    const SurfaceDelta delta = bend_surface(structure, surface, bent_at(structure, motion, time));
+    const std::vector<Eigen::Vector3f> skin = skin_on_rig(rig, rig.clips[0], surface, time);
+    double error = 0;
+    for (std::size_t i = 0; i < skin.size(); ++i)
+      error =
+          std::max(error, static_cast<double>((surface.position[i] + delta.position[i] - skin[i]).norm()));
+    return error;
+  }
+};
+
+std::string complaint(const Case& c, const RigOptions& options) {
+  try {
+    c.rig(options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(FitRig, KeepsTheSkinWithinTheToleranceAtAnyTime) {
+  for (const double tolerance : {0.05, 0.02}) {
+    const Case c(test::awkward_tree(), 0.1, 0.5);
+    const Rig rig = c.rig({.tolerance = tolerance});
+    EXPECT_LE(rig.largest_error, tolerance);
+    for (const double time : {0.0, 0.123, 1.0, 2.2222, 2.99})
+      EXPECT_LE(c.error_at(rig, time), 1.1 * tolerance);
+  }
+}
+
+TEST(FitRig, FollowsAStemBentToOneSideOnFewJoints) {
+  const Case c(test::straight_stem(20, 4, 0.05, 0.02), 0, 0.8);
+  const Rig rig = c.rig({.tolerance = 0.02});
+  EXPECT_LE(rig.joints.size(), 7U);
+  EXPECT_LE(rig.largest_error, 0.02);
+}
+
+TEST(FitRig, OfWhatStandsStillIsItsRootAlone) {
+  const Case c(test::straight_stem(5, 4, 0.05, 0.02), 0, 1e-6);
+  EXPECT_EQ(c.rig({.tolerance = 0.01}).joints.size(), 1U);
+}
+
+TEST(FitRig, OnGroundThatGivesWayMovesTheFoot) {
+  const Case c(test::straight_stem(5, 2, 0.05, 0.02), 0.05, 0.3, {.translation = 1e3, .rotation = 1e2});
+  const Rig rig = c.rig({.tolerance = 0.005});
+  ASSERT_GE(rig.joints.size(), 2U);
+  EXPECT_EQ(rig.joints[1].name, "foot 0");
+  EXPECT_TRUE(rig.joints[1].travels);
+  EXPECT_LE(c.error_at(rig, 1.111), 0.0055);
+}
+
+TEST(FitRig, GivesSharesThatAddUpAndParentsBeforeChildren) {
+  const Case c(test::awkward_tree(), 0.1, 0.5);
+  const Rig rig = c.rig({.tolerance = 0.01});
+  for (const JointShares& shares : rig.shares) {
+    int sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      sum += shares.share[i];
+      EXPECT_LT(shares.joint[i], rig.joints.size());
+    }
+    EXPECT_EQ(sum, 255);
+  }
+  for (std::size_t j = 0; j < rig.joints.size(); ++j) EXPECT_LT(rig.joints[j].parent, static_cast<int>(j));
+}
+
+TEST(FitRig, IsTheSameOnAnyNumberOfThreads) {
+  const Case c(test::awkward_tree(), 0.1, 0.5);
+  const Rig many = c.rig({.tolerance = 0.01});
+  const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  const Rig alone = c.rig({.tolerance = 0.01});
+  ASSERT_EQ(many.joints.size(), alone.joints.size());
+  EXPECT_EQ(many.largest_error, alone.largest_error);
+  for (std::size_t j = 0; j < many.joints.size(); ++j) {
+    EXPECT_EQ(many.joints[j].name, alone.joints[j].name);
+    EXPECT_EQ(many.clips[0].tracks[j].turn, alone.clips[0].tracks[j].turn);
+  }
+  for (std::size_t i = 0; i < many.shares.size(); ++i) {
+    EXPECT_EQ(many.shares[i].joint, alone.shares[i].joint);
+    EXPECT_EQ(many.shares[i].share, alone.shares[i].share);
+  }
+}
+
+TEST(FitRig, RefusesWhatItCannotFit) {
+  Case c(test::awkward_tree(), 0.1, 0.5);
+  EXPECT_EQ(complaint(c, {.tolerance = 0}), "tolerance of the rig: 0.000000, wanted metres above 0");
+  EXPECT_NE(complaint(c, {.tolerance = std::numeric_limits<double>::quiet_NaN()}), "");
+  EXPECT_EQ(complaint(c, {.tolerance = 0.1, .max_joints = 1}),
+            "most joints of the rig: 1, wanted 2 or more (0: as many as it takes)");
+  c.motion.lean_strains.resize(0);
+  EXPECT_EQ(complaint(c, {.tolerance = 0.1}),
+            "motion of clip 'wind loop': displacements that superpose, wanted one that bends "
+            "(Motion::lean_strains)");
+}
+
+TEST(LinearPoseError, GrowsWithTheSquareOfTheSway) {
+  const Case little(test::awkward_tree(), 0.1, 0.05), more(test::awkward_tree(), 0.1, 0.1);
+  const double a = linear_pose_error(little.structure, little.surface, little.motion),
+               b = linear_pose_error(more.structure, more.surface, more.motion);
+  EXPECT_NEAR(b / a, 4, 0.4);
+}
+
+}  // namespace
+}  // namespace tremula
