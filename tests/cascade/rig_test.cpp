@@ -167,7 +167,8 @@ TEST_P(OnBones, ClosesExactlyAndTurnsTheShortWayBetweenKeys) {
 
 INSTANTIATE_TEST_SUITE_P(Presets, OnBones,
                          testing::Values(Case{"sapling", 4}, Case{"sapling", 8}, Case{"sapling", 20},
-                                         Case{"oak", 8}, Case{"oak", 20}, Case{"birch", 8, 1.05}),
+                                         Case{"oak", 8}, Case{"oak", 20}, Case{"birch", 8, 1.05},
+                                         Case{"willow", 8}),
                          [](const auto& one) {
                            return one.param.preset + std::to_string(static_cast<int>(one.param.speed));
                          });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tremula::rig {
 namespace {
@@ -49,6 +50,22 @@ void hold_collars(const BeamTree& tree, const Places& places, const Surface& sur
   }
 }
 
+// A branch and the place along it where leaves sit.
+using Seat = std::pair<std::int32_t, float>;
+
+// Each once, in the order of the branches.
+std::vector<Seat> seats_of_leaves(const Surface& surface, const std::vector<char>& in_piece) {
+  std::vector<Seat> seats;
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    if (in_piece[i] == 0) continue;
+    const Seat seat{surface.branch[i], surface.along[i]};
+    if (seats.empty() || seats.back() != seat) seats.push_back(seat);
+  }
+  std::sort(seats.begin(), seats.end());
+  seats.erase(std::unique(seats.begin(), seats.end()), seats.end());
+  return seats;
+}
+
 }  // namespace
 
 std::vector<char> vertices_of_pieces(const Surface& surface) {
@@ -75,19 +92,33 @@ Places find_places(const BeamTree& tree, const Surface& surface, const std::vect
     places.pieces.push_back(pieces[index_of(k)]);
     for (int i = 1; i <= pieces[index_of(k)]; ++i) add(k, static_cast<double>(i) / pieces[index_of(k)]);
   }
-  places.reach.assign(places.branch.size(), 0);
-  places.leafy.assign(places.branch.size(), 0);
+  places.leaves_from = places.count();
   const std::vector<char> in_piece = vertices_of_pieces(surface);
+  const std::vector<Seat> seats = seats_of_leaves(surface, in_piece);
+  for (const auto& [k, s] : seats) add(k, static_cast<double>(s));
+  places.reach.assign(places.branch.size(), 0);
   for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
     const auto k = index_of(surface.branch[i]);
     const auto s = static_cast<double>(surface.along[i]);
     const double arm = (surface.position[i].cast<double>() - tree.members[k].point(s)).norm();
     const int piece = std::clamp(static_cast<int>(std::ceil(s * places.pieces[k])), 1, places.pieces[k]);
-    const auto place = index_of(places.first[k] + piece - 1);
-    places.reach[place] = std::max(places.reach[place], arm);
-    if (in_piece[i] != 0) places.leafy[place] = 1;
+    std::ptrdiff_t place = places.first[k] + piece - 1;
+    if (in_piece[i] != 0) {
+      const Seat seat{surface.branch[i], surface.along[i]};
+      place = places.leaves_from + (std::lower_bound(seats.begin(), seats.end(), seat) - seats.begin());
+    }
+    places.reach[index_of(place)] = std::max(places.reach[index_of(place)], arm);
   }
   return places;
+}
+
+std::vector<double> reach_of_branches(const Places& places) {
+  std::vector<double> reach(places.first.size());
+  for (std::size_t p = 0; p < places.branch.size(); ++p) {
+    double& most = reach[index_of(places.branch[p])];
+    most = std::max(most, places.reach[p]);
+  }
+  return reach;
 }
 
 Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surface) {
@@ -116,6 +147,12 @@ Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surfac
       way += length;
     }
     all.axes.push_back(std::move(axis));
+  }
+  for (int place = places.leaves_from; place < places.count(); ++place) {
+    const auto k = index_of(places.branch[index_of(place)]);
+    Axis& axis = all.axes[index_of(all.of_branch[k])];
+    axis.leaves.push_back(place);
+    axis.leaf_way.push_back(all.way[k] + places.s[index_of(place)] * tree.members[k].beam.length);
   }
   hold_collars(tree, places, surface, all);
   return all;
