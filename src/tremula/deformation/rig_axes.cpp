@@ -7,9 +7,25 @@
 namespace tremula::rig {
 namespace {
 
-// Which branch goes on where another ends: thick and straight ones first, as the tubes of the skin have it.
-std::vector<int> continuations(const BeamTree& tree) {
+// (N) Whether the bark of a branch goes on from that of its parent: one tube has both.
+std::vector<char> joined_by_bark(const BeamTree& tree, const Surface& surface) {
+  std::vector<char> joined(tree.parent.size());
+  for (const SurfacePart& part : surface.parts) {
+    const std::vector<std::uint32_t>& corners = part.triangles;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const auto k = surface.branch[corners[i]], other = surface.branch[corners[i % 3 == 2 ? i - 2 : i + 1]];
+      if (tree.parent[index_of(k)] == other) joined[index_of(k)] = 1;
+      if (tree.parent[index_of(other)] == k) joined[index_of(other)] = 1;
+    }
+  }
+  return joined;
+}
+
+// Which branch goes on where another ends: the one whose bark does, since joints of another axis would tear
+// at that; thick and straight ones first where there is no bark.
+std::vector<int> continuations(const BeamTree& tree, const Surface& surface) {
   const auto count = index_of(tree.branch_count());
+  const std::vector<char> joined = joined_by_bark(tree, surface);
   std::vector<int> next(count, -1);
   std::vector<double> best(count, -1);
   for (std::size_t k = 0; k < count; ++k) {
@@ -17,7 +33,7 @@ std::vector<int> continuations(const BeamTree& tree) {
     const auto p = index_of(tree.parent[k]);
     const Member& member = tree.members[k];
     const double straight = 1 + member.direction.dot(tree.members[p].direction);
-    const double score = member.beam.start_radius * straight;
+    const double score = (joined[k] != 0 ? 1e6 : 1) * member.beam.start_radius * straight;
     if (score <= best[p]) continue;
     best[p] = score;
     next[p] = static_cast<int>(k);
@@ -122,7 +138,7 @@ std::vector<double> reach_of_branches(const Places& places) {
 }
 
 Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surface) {
-  const std::vector<int> next = continuations(tree);
+  const std::vector<int> next = continuations(tree, surface);
   Axes all;
   all.of_branch.assign(tree.parent.size(), -1);
   all.way.assign(tree.parent.size(), 0);
