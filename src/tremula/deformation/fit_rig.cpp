@@ -130,12 +130,11 @@ std::vector<int> pieces_of(const Task& task, const std::vector<Instant>& instant
     }
   }
   std::vector<int> pieces(sag.size(), 1);
-  const std::vector<double> reach = rig::find_places(tree, task.surface, pieces).reach;
-  for (int k = 0, place = 0; k < tree.branch_count(); ++k, ++place) {
-    if (tree.parent[index_of(k)] < 0) ++place;  // its foot
+  const std::vector<double> reach = reach_of_branches(rig::find_places(tree, task.surface, pieces));
+  for (int k = 0; k < tree.branch_count(); ++k) {
     const double turned = turn[index_of(k)];
     const double wanted = std::max({std::sqrt(2 * sag[index_of(k)] / tolerance), turned / most_turn,
-                                    turned * reach[index_of(place)] / tolerance});
+                                    turned * reach[index_of(k)] / tolerance});
     pieces[index_of(k)] = static_cast<int>(std::clamp(std::ceil(wanted), 1.0, 8.0));
   }
   return pieces;
@@ -418,7 +417,8 @@ Rig fit_rig(const Structure& structure, const Surface& surface, std::span<const 
 
 double linear_pose_error(const Structure& structure, const Surface& surface, const Motion& motion) {
   const BentLean lean = bend_lean(structure, motion);
-  const Places places = rig::find_places(*lean.tree, surface, std::vector<int>(lean.bent.size(), 1));
+  const std::vector<double> reaches =
+      reach_of_branches(rig::find_places(*lean.tree, surface, std::vector<int>(lean.bent.size(), 1)));
   double error = 0;
   for (const double time : telling_times(motion, 24)) {
     const Eigen::VectorXd displacement = displacement_about_lean(motion, time);
@@ -427,9 +427,8 @@ double linear_pose_error(const Structure& structure, const Surface& surface, con
       const Vec3 turned = displacement.segment<3>(static_cast<Eigen::Index>(6 * k + 3));
       const Vec3 linear = lean.bent[k].end + displacement.segment<3>(static_cast<Eigen::Index>(6 * k));
       const Mat3 frame = lean.bent[k].end_frame + cross_matrix(turned) * lean.bent[k].end_frame;
-      const double reach = places.reach[index_of(places.end_of(static_cast<int>(k)))];
-      error = std::max(
-          error, (linear - bent[k].end).norm() + reach * std::sqrt(0.5) * (frame - bent[k].end_frame).norm());
+      error = std::max(error, (linear - bent[k].end).norm() +
+                                  reaches[k] * std::sqrt(0.5) * (frame - bent[k].end_frame).norm());
     }
   }
   return error;

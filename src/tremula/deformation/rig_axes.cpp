@@ -2,13 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tremula::rig {
 namespace {
 
-// Which branch goes on where another ends: thick and straight ones first, as the tubes of the skin have it.
-std::vector<int> continuations(const BeamTree& tree) {
+// (N) Whether the bark of a branch goes on from that of its parent: one tube has both.
+std::vector<char> joined_by_bark(const BeamTree& tree, const Surface& surface) {
+  std::vector<char> joined(tree.parent.size());
+  for (const SurfacePart& part : surface.parts) {
+    const std::vector<std::uint32_t>& corners = part.triangles;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const auto k = surface.branch[corners[i]], other = surface.branch[corners[i % 3 == 2 ? i - 2 : i + 1]];
+      if (tree.parent[index_of(k)] == other) joined[index_of(k)] = 1;
+      if (tree.parent[index_of(other)] == k) joined[index_of(other)] = 1;
+    }
+  }
+  return joined;
+}
+
+// Which branch goes on where another ends: the one whose bark does, since joints of another axis would tear
+// at that; thick and straight ones first where there is no bark.
+std::vector<int> continuations(const BeamTree& tree, const Surface& surface) {
   const auto count = index_of(tree.branch_count());
+  const std::vector<char> joined = joined_by_bark(tree, surface);
   std::vector<int> next(count, -1);
   std::vector<double> best(count, -1);
   for (std::size_t k = 0; k < count; ++k) {
@@ -16,7 +33,7 @@ std::vector<int> continuations(const BeamTree& tree) {
     const auto p = index_of(tree.parent[k]);
     const Member& member = tree.members[k];
     const double straight = 1 + member.direction.dot(tree.members[p].direction);
-    const double score = member.beam.start_radius * straight;
+    const double score = (joined[k] != 0 ? 1e6 : 1) * member.beam.start_radius * straight;
     if (score <= best[p]) continue;
     best[p] = score;
     next[p] = static_cast<int>(k);
@@ -49,6 +66,22 @@ void hold_collars(const BeamTree& tree, const Places& places, const Surface& sur
   }
 }
 
+// A branch and the place along it where leaves sit.
+using Seat = std::pair<std::int32_t, float>;
+
+// Each once, in the order of the branches.
+std::vector<Seat> seats_of_leaves(const Surface& surface, const std::vector<char>& in_piece) {
+  std::vector<Seat> seats;
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    if (in_piece[i] == 0) continue;
+    const Seat seat{surface.branch[i], surface.along[i]};
+    if (seats.empty() || seats.back() != seat) seats.push_back(seat);
+  }
+  std::sort(seats.begin(), seats.end());
+  seats.erase(std::unique(seats.begin(), seats.end()), seats.end());
+  return seats;
+}
+
 }  // namespace
 
 std::vector<char> vertices_of_pieces(const Surface& surface) {
@@ -75,23 +108,37 @@ Places find_places(const BeamTree& tree, const Surface& surface, const std::vect
     places.pieces.push_back(pieces[index_of(k)]);
     for (int i = 1; i <= pieces[index_of(k)]; ++i) add(k, static_cast<double>(i) / pieces[index_of(k)]);
   }
-  places.reach.assign(places.branch.size(), 0);
-  places.leafy.assign(places.branch.size(), 0);
+  places.leaves_from = places.count();
   const std::vector<char> in_piece = vertices_of_pieces(surface);
+  const std::vector<Seat> seats = seats_of_leaves(surface, in_piece);
+  for (const auto& [k, s] : seats) add(k, static_cast<double>(s));
+  places.reach.assign(places.branch.size(), 0);
   for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
     const auto k = index_of(surface.branch[i]);
     const auto s = static_cast<double>(surface.along[i]);
     const double arm = (surface.position[i].cast<double>() - tree.members[k].point(s)).norm();
     const int piece = std::clamp(static_cast<int>(std::ceil(s * places.pieces[k])), 1, places.pieces[k]);
-    const auto place = index_of(places.first[k] + piece - 1);
-    places.reach[place] = std::max(places.reach[place], arm);
-    if (in_piece[i] != 0) places.leafy[place] = 1;
+    std::ptrdiff_t place = places.first[k] + piece - 1;
+    if (in_piece[i] != 0) {
+      const Seat seat{surface.branch[i], surface.along[i]};
+      place = places.leaves_from + (std::lower_bound(seats.begin(), seats.end(), seat) - seats.begin());
+    }
+    places.reach[index_of(place)] = std::max(places.reach[index_of(place)], arm);
   }
   return places;
 }
 
+std::vector<double> reach_of_branches(const Places& places) {
+  std::vector<double> reach(places.first.size());
+  for (std::size_t p = 0; p < places.branch.size(); ++p) {
+    double& most = reach[index_of(places.branch[p])];
+    most = std::max(most, places.reach[p]);
+  }
+  return reach;
+}
+
 Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surface) {
-  const std::vector<int> next = continuations(tree);
+  const std::vector<int> next = continuations(tree, surface);
   Axes all;
   all.of_branch.assign(tree.parent.size(), -1);
   all.way.assign(tree.parent.size(), 0);
@@ -116,6 +163,12 @@ Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surfac
       way += length;
     }
     all.axes.push_back(std::move(axis));
+  }
+  for (int place = places.leaves_from; place < places.count(); ++place) {
+    const auto k = index_of(places.branch[index_of(place)]);
+    Axis& axis = all.axes[index_of(all.of_branch[k])];
+    axis.leaves.push_back(place);
+    axis.leaf_way.push_back(all.way[k] + places.s[index_of(place)] * tree.members[k].beam.length);
   }
   hold_collars(tree, places, surface, all);
   return all;

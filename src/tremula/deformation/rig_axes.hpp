@@ -12,15 +12,15 @@
 namespace tremula::rig {
 
 // Places on the axes: the foot of every stem, and on every branch `pieces` of them at even steps, the last at
-// its end. In the order of the branches.
+// its end. In the order of the branches. After these, no place for joints, where leaves sit.
 struct Places {
   std::vector<int> first, pieces;  // (N) the first place of a branch beyond its start, and how many
   std::vector<int> foot;           // (N) of a stem's lowest branch; -1
   std::vector<int> branch;         // (P)
   std::vector<double> s;           // (P) 0 start … 1 end
   std::vector<Vec3> rest;          // (P) [m]
-  std::vector<double> reach;       // (P) how far off the axis the skin goes that is nearest [m]
-  std::vector<char> leafy;         // (P) whether there are leaves or other pieces that keep their shape
+  std::vector<double> reach;  // (P) how far off the axis the bark goes that is nearest, or a leaf there [m]
+  int leaves_from = 0;        // the first that has leaves or other pieces that keep their shape
 
   int count() const { return static_cast<int>(branch.size()); }
   int end_of(int k) const { return first[index_of(k)] + pieces[index_of(k)] - 1; }
@@ -36,7 +36,9 @@ struct Axis {
   bool is_stem = false;       // stands on the ground
   int depth = 0;              // how many axes carry it
   std::vector<int> places{};  // beyond the start
-  std::vector<double> reached{};  // at every place, the way along the axis from its start [m]
+  std::vector<double> reached{};   // at every place, the way along the axis from its start [m]
+  std::vector<int> leaves{};       // places where they sit
+  std::vector<double> leaf_way{};  // to there [m]
 };
 
 struct Axes {
@@ -49,6 +51,8 @@ struct Axes {
 std::vector<char> vertices_of_pieces(const Surface& surface);
 
 Places find_places(const BeamTree& tree, const Surface& surface, const std::vector<int>& pieces);
+// (N) How far off each branch its skin goes, leaves and all [m].
+std::vector<double> reach_of_branches(const Places& places);
 Axes find_axes(const BeamTree& tree, const Places& places, const Surface& surface);
 
 struct PlacePose {

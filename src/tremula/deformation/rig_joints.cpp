@@ -189,8 +189,7 @@ class AxisFitter {
   }
 
   // How far off a place is at worst, with what reaches from it.
-  double error_at(int at, const Mix& mix) const {
-    const int place = axis_.places[index_of(at)];
+  double error_at(int place, const Mix& mix) const {
     const Vec3& rest = places_.rest[index_of(place)];
     const double reach = places_.reach[index_of(place)];
     double error = 0;
@@ -214,15 +213,21 @@ class AxisFitter {
     for (int i = 0; i <= last(); ++i) {
       const Mix& base = segments.empty() ? carrier_ : base_;
       const Mix mix = mix_of(axis_, base, segments, way_of(axis_, i));
-      const bool leafy = places_.leafy[index_of(axis_.places[index_of(i)])] != 0;
-      double error = error_at(i, mix);
-      if (leafy && mix.count > 1 && error <= tolerance_) {
-        const Mix stiff = stiffened(mix, poses_.instants);
-        if (stiff.terms[0].weight != mix.terms[0].weight) error = std::max(error, error_at(i, stiff));
-      }
+      const double error = error_at(axis_.places[index_of(i)], mix);
       if (error > trial.error) trial = {error, i};
     }
+    for (std::size_t i = 0; i < axis_.leaves.size(); ++i) {
+      const Mix& base = segments.empty() ? carrier_ : base_;
+      const Mix mix = stiffened(mix_of(axis_, base, segments, axis_.leaf_way[i]), poses_.instants);
+      const double error = error_at(axis_.leaves[i], mix);
+      if (error > trial.error) trial = {error, place_beyond(axis_.leaf_way[i])};
+    }
     return trial;
+  }
+
+  int place_beyond(double way) const {
+    const auto at = std::lower_bound(axis_.reached.begin(), axis_.reached.end(), way);
+    return std::min(last(), static_cast<int>(at - axis_.reached.begin()));
   }
 
   Trial worst_stretch(Segments segments) const {
@@ -341,8 +346,10 @@ std::vector<char> joint_carriers(const Places& places, const Axes& axes, const P
   std::vector<char> bends(count), carries(places.branch.size());
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t a) {
     const Axis& axis = axes.axes[a];
-    for (auto it = axis.places.rbegin(); it != axis.places.rend() && bends[a] == 0; ++it)
-      bends[a] = rides(places, poses, *it, axis.base, tolerance) ? 0 : 1;
+    for (const std::vector<int>* some : {&axis.places, &axis.leaves}) {
+      for (auto it = some->rbegin(); it != some->rend() && bends[a] == 0; ++it)
+        bends[a] = rides(places, poses, *it, axis.base, tolerance) ? 0 : 1;
+    }
   });
   for (std::size_t a = count; a-- > 0;) {
     if (bends[a] == 0) continue;
@@ -382,28 +389,23 @@ Mix mix_at(const Axis& axis, const AxisFit& fit, double way) {
 }
 
 Mix stiffened(const Mix& mix, std::size_t instants) {
-  constexpr double least_area = 0.993;
-  const auto towards_first = [&](double share) {
-    Mix result = mix;
-    for (int i = 0; i < mix.count; ++i) result.terms[index_of(i)].weight *= share;
-    result.terms[0].weight += 1 - share;
-    return result;
-  };
+  constexpr double most_lost = 0.007;  // of the area
+  if (mix.count < 2) return mix;
   // A blend of rotations keeps lengths along their common axis, and shrinks those across it by a factor whose
-  // square this is.
-  const auto least = [&](const Mix& of) {
-    double area = 1;
-    for (std::size_t t = 0; t < instants; t += 2)
-      area = std::min(area, (blended(of, t).turn.squaredNorm() - 1) / 2);
-    return area;
-  };
-  if (mix.count < 2 || least(mix) >= least_area) return mix;
-  double low = 0, high = 1;
-  for (int i = 0; i < 6; ++i) {
-    const double middle = 0.5 * (low + high);
-    (least(towards_first(middle)) >= least_area ? low : high) = middle;
+  // square is (|turn|^2 - 1) / 2: a parabola in the share of the mix, 1 where the heaviest moves all.
+  double share = 1;
+  for (std::size_t t = 0; t < instants; t += 2) {
+    const Mat3& first = frame_of(mix.terms[0].segment, t).turn;
+    const Mat3 others = blended(mix, t).turn - first;
+    const double falls = -first.cwiseProduct(others).sum(), square = others.squaredNorm();
+    if (share * (falls - 0.5 * share * square) <= most_lost) continue;
+    share = 2 * most_lost / (falls + std::sqrt(std::max(0.0, falls * falls - 2 * most_lost * square)));
   }
-  return towards_first(low);
+  if (share == 1) return mix;
+  Mix result = mix;
+  for (int i = 0; i < mix.count; ++i) result.terms[index_of(i)].weight *= share;
+  result.terms[0].weight += 1 - share;
+  return result;
 }
 
 void release_bent_collars(const PlacePoses& poses, double tolerance, Axes& axes) {
