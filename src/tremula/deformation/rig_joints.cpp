@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <map>
 #include <numeric>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 #include <Eigen/Geometry>
@@ -92,6 +95,19 @@ Segment make_segment(const Places& places, const Axis& axis, int from, int to) {
   return segment;
 }
 
+// Turned from the middle between two frames so that it takes the chord at rest to where the next knot is.
+JointFrame aimed(const Segment& segment, const Vec3& knot, const Mat3& middle, const Vec3& next) {
+  const Vec3 chord = next - knot;
+  if (!(segment.chord.norm() > 0) || !(chord.norm() > 0)) return {knot, middle};
+  return {knot, shortest_turn(middle * segment.chord.normalized(), chord.normalized()) * middle};
+}
+
+Mat3 between(const Mat3& low, const Mat3& high, double part) {
+  return low * rotation_matrix(part * rotation_vector(low.transpose() * high));
+}
+
+constexpr double any_error = std::numeric_limits<double>::infinity();
+
 // What the skin may be stretched by blending, 2 % with what bends rightly do to it.
 constexpr double most_stretch = 0.012;
 
@@ -116,10 +132,12 @@ class AxisFitter {
         tolerance_(tolerance) {}
 
   // Within the tolerance first; then, as far as more joints help, without stretching the skin.
-  std::vector<Segment> fit() const {
-    if (worst_place({}).error <= tolerance_) return {};
-    const auto place = [this](const Segments& segments) { return worst_place(segments); };
-    const auto stretch = [this](const Segments& segments) { return worst_stretch(segments); };
+  std::vector<Segment> fit() {
+    if (worst_place({}, tolerance_).error <= tolerance_) return {};
+    const auto place = [this](const Segments& segments, double most) { return worst_place(segments, most); };
+    const auto stretch = [this](const Segments& segments, double most) {
+      return worst_stretch(segments, most);
+    };
     std::vector<int> knots = refined({last()}, tolerance_, place, 6);
     leave_out(knots);
     return segments_of(refined(knots, most_stretch, stretch, 4));
@@ -136,8 +154,8 @@ class AxisFitter {
 
   // More knots until an error is no more than so much, or they stop to help.
   template <class ErrorOf>
-  std::vector<int> refined(std::vector<int> knots, double most, const ErrorOf& error_of, int patience) const {
-    Trial trial = error_of(segments_of(knots));
+  std::vector<int> refined(std::vector<int> knots, double most, const ErrorOf& error_of, int patience) {
+    Trial trial = error_of(segments_of(knots), any_error);
     std::vector<int> best = knots;
     double least = trial.error;
     for (int in_vain = 0; trial.error > most && in_vain < patience;) {
@@ -152,7 +170,7 @@ class AxisFitter {
     return best;
   }
 
-  std::vector<Segment> segments_of(const std::vector<int>& knots) const {
+  std::vector<Segment> segments_of(const std::vector<int>& knots) {
     std::vector<Segment> segments;
     int from = -1;
     for (const int to : knots) {
@@ -163,15 +181,26 @@ class AxisFitter {
     for (std::size_t i = 1; i < segments.size(); ++i) segments[i].hook.terms[0].segment = &segments[i - 1];
     for (Segment& segment : segments) {
       segment.at.resize(poses_.instants);
+      const std::vector<Mat3>& middle = middles_of(segment);
+      const int next = axis_.places[index_of(segment.to)];
       for (std::size_t t = 0; t < poses_.instants; ++t) {
         const BlendedFrame frame = blended(segment.hook, t);
-        segment.at[t] = segment_frame(axis_, segment, frame.shift + frame.turn * segment.rest,
-                                      [&](int place) -> PlacePose {
-                                        return {poses_.position_of(place, t), poses_.frame_of(place, t)};
-                                      });
+        segment.at[t] =
+            aimed(segment, frame.shift + frame.turn * segment.rest, middle[t], poses_.position_of(next, t));
       }
     }
     return segments;
+  }
+
+  // (T) Trials have the same pieces of the axis over and over.
+  const std::vector<Mat3>& middles_of(const Segment& segment) {
+    std::vector<Mat3>& middles = middles_[{segment.from, segment.to}];
+    const auto frame_at = [&](int at, std::size_t t) {
+      return poses_.frame_of(at < 0 ? axis_.base : axis_.places[index_of(at)], t);
+    };
+    for (std::size_t t = middles.size(); t < poses_.instants; ++t)
+      middles.push_back(between(frame_at(segment.low, t), frame_at(segment.high, t), segment.part));
+    return middles;
   }
 
   // The first joint hangs on one segment where that takes it nearly along with the skin there, and otherwise
@@ -208,15 +237,16 @@ class AxisFitter {
     return error;
   }
 
-  Trial worst_place(Segments segments) const {
+  // Any that is too bad is bad enough.
+  Trial worst_place(Segments segments, double too_bad) const {
     Trial trial;
-    for (int i = 0; i <= last(); ++i) {
+    for (int i = 0; i <= last() && trial.error <= too_bad; ++i) {
       const Mix& base = segments.empty() ? carrier_ : base_;
       const Mix mix = mix_of(axis_, base, segments, way_of(axis_, i));
       const double error = error_at(axis_.places[index_of(i)], mix);
       if (error > trial.error) trial = {error, i};
     }
-    for (std::size_t i = 0; i < axis_.leaves.size(); ++i) {
+    for (std::size_t i = 0; i < axis_.leaves.size() && trial.error <= too_bad; ++i) {
       const Mix& base = segments.empty() ? carrier_ : base_;
       const Mix mix = stiffened(mix_of(axis_, base, segments, axis_.leaf_way[i]), poses_.instants);
       const double error = error_at(axis_.leaves[i], mix);
@@ -230,9 +260,9 @@ class AxisFitter {
     return std::min(last(), static_cast<int>(at - axis_.reached.begin()));
   }
 
-  Trial worst_stretch(Segments segments) const {
+  Trial worst_stretch(Segments segments, double too_bad) const {
     Trial trial;
-    for (int i = 0; i <= last() && !segments.empty(); ++i) {
+    for (int i = 0; i <= last() && !segments.empty() && trial.error <= too_bad; ++i) {
       const double error = stretch_before(i, segments);
       if (error > trial.error) trial = {error, i};
     }
@@ -277,7 +307,7 @@ class AxisFitter {
 
   // Splits where that helps most: at the worst place, or in the middle of its segment or of a neighbour.
   template <class ErrorOf>
-  Trial with_one_more(std::vector<int>& knots, const Trial& before, const ErrorOf& error_of) const {
+  Trial with_one_more(std::vector<int>& knots, const Trial& before, const ErrorOf& error_of) {
     const auto i = static_cast<int>(std::lower_bound(knots.begin(), knots.end(), before.at) - knots.begin());
     const auto from = [&](int k) { return k == 0 ? -1 : knots[index_of(k - 1)]; };
     std::vector<int> candidates{std::max(before.at, axis_.free)};
@@ -291,7 +321,7 @@ class AxisFitter {
       if (candidate < 0 || std::binary_search(knots.begin(), knots.end(), candidate)) return;
       std::vector<int> more = knots;
       more.insert(std::lower_bound(more.begin(), more.end(), candidate), candidate);
-      const Trial trial = error_of(segments_of(more));
+      const Trial trial = error_of(segments_of(more), best.error < 0 ? any_error : best.error);
       if (best.error >= 0 && trial.error >= best.error) return;
       best = trial;
       chosen = more;
@@ -304,18 +334,25 @@ class AxisFitter {
   }
 
   // Knots that later ones made idle.
-  void leave_out(std::vector<int>& knots) const {
+  void leave_out(std::vector<int>& knots) {
     for (std::size_t k = 0; k + 1 < knots.size();) {
       std::vector<int> fewer;
       for (const int knot : knots) {
         if (knot != knots[k]) fewer.push_back(knot);
       }
-      if (worst_place(segments_of(fewer)).error <= tolerance_) {
+      if (keeps(segments_of(fewer), knots[k])) {
         knots = fewer;
       } else {
         ++k;
       }
     }
+  }
+
+  // Within the tolerance, most likely not at this place.
+  bool keeps(Segments segments, int doubtful) const {
+    const Mix mix = mix_of(axis_, base_, segments, way_of(axis_, doubtful));
+    return error_at(axis_.places[index_of(doubtful)], mix) <= tolerance_ &&
+           worst_place(segments, tolerance_).error <= tolerance_;
   }
 
   const Places& places_;
@@ -324,6 +361,7 @@ class AxisFitter {
   const Axis& axis_;
   Mix carrier_, base_;
   double tolerance_;
+  std::map<std::pair<int, int>, std::vector<Mat3>> middles_;  // by the places where a segment starts and ends
 };
 
 // Whether a place stays where its carrier's own frame would take it.
@@ -429,11 +467,8 @@ void release_bent_collars(const PlacePoses& poses, double tolerance, Axes& axes)
 JointFrame segment_frame(const Axis& axis, const Segment& segment, const Vec3& knot,
                          const PoseOfPlace& pose) {
   const auto frame_at = [&](int at) { return pose(at < 0 ? axis.base : axis.places[index_of(at)]).frame; };
-  const Mat3 low = frame_at(segment.low), high = frame_at(segment.high);
-  const Mat3 middle = low * rotation_matrix(segment.part * rotation_vector(low.transpose() * high));
-  const Vec3 chord = pose(axis.places[index_of(segment.to)]).position - knot;
-  if (!(segment.chord.norm() > 0) || !(chord.norm() > 0)) return {knot, middle};
-  return {knot, shortest_turn(middle * segment.chord.normalized(), chord.normalized()) * middle};
+  const Mat3 middle = between(frame_at(segment.low), frame_at(segment.high), segment.part);
+  return aimed(segment, knot, middle, pose(axis.places[index_of(segment.to)]).position);
 }
 
 std::vector<AxisFit> fit_axes(const Places& places, const Axes& axes, const PlacePoses& poses,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -118,20 +119,32 @@ std::vector<int> keys_of(int stride, int sample_count) {
 
 constexpr int strides[] = {1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 30, 60, 120, 300};
 
-// By how much turns between these keys are off at worst, at the samples (rad); until that is too much.
-double error_between(const std::vector<Eigen::Quaterniond>& turns,
-                     const std::vector<Eigen::Quaterniond>& read, int stride, double most) {
+// Whether turns between these keys are off by no more than so much at the samples (rad). By cosines of half
+// angles, and slerp by the recurrence of sin((n + 1) a) = 2 cos(a) sin(n a) - sin((n - 1) a).
+bool enough_between(const std::vector<Eigen::Quaterniond>& turns, const std::vector<Eigen::Quaterniond>& read,
+                    int stride, double most) {
   const int count = static_cast<int>(turns.size());
   const std::vector<int> keys = keys_of(stride, count);
-  double error = 0;
-  for (std::size_t i = 0; i + 1 < keys.size() && error <= most; ++i) {
-    const Eigen::Quaterniond &first = read[index_of(keys[i])], &next = read[index_of(keys[i + 1] % count)];
+  const double least = std::cos(0.5 * std::min(most, 3.0));
+  for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
+    Eigen::Vector4d first = read[index_of(keys[i])].coeffs();
+    const Eigen::Vector4d next = read[index_of(keys[i + 1] % count)].coeffs();
+    const int steps = keys[i + 1] - keys[i];
+    if (first.dot(next) < 0) first = -first;
+    const double half = 2 * std::asin(std::min(1.0, 0.5 * (next - first).norm())), step = half / steps;
+    const bool turned = half > 1e-7;
+    // Unit and across the first, in the plane of both.
+    const Eigen::Vector4d across =
+        turned ? Eigen::Vector4d((next - first.dot(next) * first) / std::sin(half)) : Eigen::Vector4d::Zero();
+    const double twice = 2 * std::cos(step);
+    double cosine = 1, sine = 0, cosine_before = 0.5 * twice, sine_before = -std::sin(step);
     for (int p = keys[i]; p < keys[i + 1]; ++p) {
-      const double part = static_cast<double>(p - keys[i]) / (keys[i + 1] - keys[i]);
-      error = std::max(error, turns[index_of(p)].angularDistance(first.slerp(part, next)));
+      if (std::abs(turns[index_of(p)].coeffs().dot(cosine * first + sine * across)) < least) return false;
+      cosine_before = std::exchange(cosine, twice * cosine - cosine_before);
+      sine_before = std::exchange(sine, twice * sine - sine_before);
     }
   }
-  return error;
+  return true;
 }
 
 double error_between(const std::vector<Vec3>& positions, int stride) {
@@ -162,7 +175,7 @@ JointTrack thin_track(const std::vector<Eigen::Quaterniond>& turns, const std::v
   JointTrack track;
   for (const int stride : strides) {
     if (stride > count) break;
-    if (stride > 1 && error_between(turns, read, stride, most) > most) continue;
+    if (stride > 1 && !enough_between(turns, read, stride, most)) continue;
     if (stride > 1 && !positions.empty() && error_between(positions, stride) > tolerance) continue;
     track.stride = stride;
   }
