@@ -96,7 +96,8 @@ TEST(FitRig, OfWhatStandsStillIsItsRootAlone) {
 }
 
 TEST(FitRig, OfASlightSwayDoesNotStandStill) {
-  const Case slight(test::straight_stem(20, 4, 0.05, 0.02), 0, 0.02), still(test::straight_stem(20, 4, 0.05, 0.02), 0, 1e-6);
+  const Case slight(test::straight_stem(20, 4, 0.05, 0.02), 0, 0.02),
+      still(test::straight_stem(20, 4, 0.05, 0.02), 0, 1e-6);
   const Rig rig = slight.rig({.tolerance = 0.1});
   EXPECT_GT(rig.joints.size(), 1U);
   EXPECT_LE(rig.largest_error, 0.02);
