@@ -28,7 +28,8 @@ struct LeanOptions {
   ShelterOptions shelter = {};
 };
 
-// The wind that a point of the sites feels where it then is: (index of the point, place [m]).
+// The wind that a point of the sites feels where it then is: (index of the point, place [m]). Called by
+// several threads.
 using WindAt = std::function<GustStatistics(Eigen::Index point, const Vec3& place)>;
 
 struct Lean {

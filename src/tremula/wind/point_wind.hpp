@@ -51,7 +51,7 @@ struct Wind {
   // S_u at a height [m] and a frequency [Hz], [(m/s)^2/Hz]; empty: not known.
   std::function<double(double height, double frequency)> spectrum = {};
   // Mean and covariance at any place [m], z above the ground, as if loops had no end; empty: not known, and
-  // taken from at_points where it is needed.
+  // taken from at_points where it is needed. Called by several threads.
   std::function<GustStatistics(const Vec3& place)> statistics = {};
   // At points (3 x P) [m], z above the ground, for a loop. What it returns is checked by wind_at_points.
   std::function<PointWind(const TimeAxis& loop, const Eigen::Matrix3Xd& points)> at_points = {};
