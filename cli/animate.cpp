@@ -122,12 +122,11 @@ struct AnimateCommand {
   std::vector<Motion> move_in_others(const Subject& subject, const Weather& first,
                                      const std::vector<NamedWind>& clips, const Progress& progress,
                                      StageLog& log, WarningLog& warnings) const;
-  bool wants_bones(const CLI::App& flags, const Subject& subject, const Surface& surface,
-                   const Moved& moved) const;
+  bool wants_bones(const CLI::App& flags, const Subject& subject, const Motion& motion) const;
   RigOptions rig_options(const Subject& subject) const;
   WrittenModel encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
                               const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
-                              StageLog& log, Outputs& files) const;
+                              double model_error, StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
   void run(const CLI::App& flags) const;
 };
@@ -333,21 +332,15 @@ double height_of(const Structure& structure) {
   return highest - ground_height(structure);
 }
 
-// Bones where somebody asks for them, and where morph targets would be too far off or stretch too much.
-bool AnimateCommand::wants_bones(const CLI::App& flags, const Subject& subject, const Surface& surface,
-                                 const Moved& moved) const {
-  constexpr double most_stretch = 0.02;
-  const Motion& motion = moved.motion;
+// Bones for all that bends, unless somebody asks for targets.
+bool AnimateCommand::wants_bones(const CLI::App& flags, const Subject& subject, const Motion& motion) const {
   const bool can = subject.structure.tree != nullptr && motion.lean_strains.size() > 0;
   if ((form == "skin" || !clip_texts.empty()) && !can) {
     throw InputError(form == "skin" ? "--form skin" : "--clip",
                      subject.structure.tree == nullptr ? "given with a frame" : "given with linear poses",
                      "--form morph, or a tree with --pose bent");
   }
-  if (!can || form == "morph" || (form.empty() && flags.count("--morphs") > 0)) return false;
-  if (form == "skin" || max_joints || !clip_texts.empty() || moved.statistics.largest_stretch > most_stretch)
-    return true;
-  return linear_pose_error(subject.structure, surface, motion) > tolerance * height_of(subject.structure);
+  return can && form != "morph" && !(form.empty() && flags.count("--morphs") > 0);
 }
 
 RigOptions AnimateCommand::rig_options(const Subject& subject) const {
@@ -473,7 +466,7 @@ Json describe(const std::optional<WrittenModel>& model) {
           {"joints", model->joints},
           {"clips", model->clips},
           {"keys", model->keys},
-          {"largest_error_m", model->form == "skin" ? Json(model->largest_error) : Json()},
+          {"largest_error_m", model->largest_error},
           {"bytes", model->bytes}};
 }
 
@@ -619,13 +612,13 @@ std::vector<Gauge> AnimateCommand::placed_gauges(const Plant& plant) const {
   return placed;
 }
 
-WrittenModel model_of(const Loop& loop, const std::string& bytes) {
-  WrittenModel model{.form = loop.rig ? "skin" : "morph", .clips = 1, .bytes = bytes.size()};
+WrittenModel model_of(const Loop& loop, const std::string& bytes, double error) {
+  WrittenModel model{
+      .form = loop.rig ? "skin" : "morph", .clips = 1, .largest_error = error, .bytes = bytes.size()};
   if (loop.rig) {
     model.joints = loop.rig->joints.size();
     model.clips = loop.rig->clips.size();
     model.keys = loop.rig->key_count();
-    model.largest_error = loop.rig->largest_error;
   } else {
     model.keys = static_cast<std::size_t>(loop.sample_count() + 1);
   }
@@ -633,16 +626,16 @@ WrittenModel model_of(const Loop& loop, const std::string& bytes) {
 }
 
 std::string told(const WrittenModel& model) {
-  if (model.form != "skin") return "morph targets";
-  return std::to_string(model.joints) + " joints, " + std::to_string(model.keys) + " keys, " +
-         printed("%.2g", model.largest_error) + " m off the poses at most";
+  const std::string off = printed(", %.2g m off the poses at most", model.largest_error);
+  if (model.form != "skin") return "morph targets" + (model.largest_error > 0 ? off : "");
+  return std::to_string(model.joints) + " joints, " + std::to_string(model.keys) + " keys" + off;
 }
 
 // A table is of the gauges, where there are any. Returns the last model.
 WrittenModel AnimateCommand::encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
                                             const std::vector<const LoopWriter*>& writers,
-                                            const LoopWriteOptions& options, StageLog& log,
-                                            Outputs& files) const {
+                                            const LoopWriteOptions& options, double model_error,
+                                            StageLog& log, Outputs& files) const {
   WrittenModel model;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     log.begin("write ." + std::string(writers[i]->extension));
@@ -650,7 +643,7 @@ WrittenModel AnimateCommand::encode_outputs(const Loop& loop, const std::vector<
     const std::string bytes =
         of_gauges ? encode_gauge_table(series, options.frames) : writers[i]->encode(loop, options);
     if (writers[i]->extension == "glb") {
-      model = model_of(loop, bytes);
+      model = model_of(loop, bytes, model_error);
       files.add(outputs[i], bytes, told(model));
     } else {
       files.add(outputs[i], bytes);
@@ -672,16 +665,16 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const ChosenWind blowing = clips.empty() ? chosen_wind() : wind_of(clips[0]);
   Weather conditions = weather(blowing.wind);
   const std::vector<int> poses = picked_frames(conditions.loop.sample_count);
-  const LoopWriteOptions write_options{.frames = poses,
-                                       .morphs = morph_forms.at(morphs),
-                                       .compression = compressions.at(compression),
-                                       .on_bones = form == "skin" || max_joints || !clips.empty()};
+  LoopWriteOptions write_options{
+      .frames = poses, .morphs = morph_forms.at(morphs), .compression = compressions.at(compression)};
   BakeOptions options{.structure = structure.options(), .modes = {.count = mode_count}};
 
   StageLog log;
   WarningLog warnings;
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
   const Plant plant = read_plant(log);
+  write_options.on_bones = !plant.frame && form != "morph" && flags.count("--morphs") == 0 &&
+                           loads.pose == "bent" && loads.model != "paper";
   conditions.gauges = placed_gauges(plant);
   if (!report.empty() && !plant.frame) conditions.most_strained = 10;
   const int modes = modes_of(plant, warnings);
@@ -708,7 +701,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const Json most_stressed = stresses(moved.motion, plant.imported.skeleton, options.structure.material,
                                       conditions.wind.reference.heading);
   std::shared_ptr<const Rig> rig;
-  if (writes("glb") && wants_bones(flags, subject, surface, moved)) {
+  if (writes("glb") && wants_bones(flags, subject, moved.motion)) {
     log.begin("bones");
     if (mean_only) moved.motion = lean_alone(std::move(moved.motion));
     std::vector<ClipSource> sources{{clips.empty() ? "wind loop" : clips[0].name, &moved.motion}};
@@ -717,10 +710,15 @@ void AnimateCommand::run(const CLI::App& flags) const {
     log.finish();
     warnings.add(warnings_of(*rig, rig_options(subject)));
   }
+  const bool bends = moved.motion.lean_strains.size() > 0;
+  const double model_error = rig ? rig->largest_error
+                             : bends && writes("glb")
+                                 ? linear_pose_error(subject.structure, surface, moved.motion)
+                                 : 0;
   Loop loop = make_loop(subject.structure, std::move(surface), std::move(moved.motion),
                         loop_facts(plant, conditions.wind.reference));
   loop.rig = rig;
-  const WrittenModel written = encode_outputs(loop, series, writers, write_options, log, files);
+  const WrittenModel written = encode_outputs(loop, series, writers, write_options, model_error, log, files);
   if (!report.empty()) {
     const Done done{plant,
                     options.structure,
@@ -763,10 +761,10 @@ void add_animate(CLI::App& app) {
          "the stem) or branch:12:0.5; may be repeated. Into the .csv instead of poses, and into the report")
       ->take_all();
   sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
-  sub.add_option("--form", command->form,
-                 "Of .glb. skin: bones, which bend; morph: targets, which stretch what sways far (skin where "
-                 "targets would be farther off than --tolerance or stretch a branch by more than 2 %, morph "
-                 "otherwise and with --morphs)")
+  sub.add_option(
+         "--form", command->form,
+         "Of .glb. skin: bones, which bend; morph: targets, which stretch what sways far (skin; morph for "
+         "frames, linear poses and with --morphs)")
       ->check(CLI::IsMember({"skin", "morph"}))
       ->group(bones_group);
   sub.add_option("--tolerance", command->tolerance,

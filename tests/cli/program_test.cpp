@@ -248,7 +248,7 @@ TEST(Program, AFieldAsWindGivesItsOwnSpeedAndHeadingToAllThatNameThem) {
   EXPECT_NEAR(wind["turbulence_intensity"].get<double>(), 0.2, 0.1);
 }
 
-TEST(Program, AModelBendsOnBonesWhereTargetsWouldStretchIt) {
+TEST(Program, AModelBendsOnBonesUnlessTargetsAreAskedFor) {
   const test::TemporaryFolder folder;
   const auto glb_of = [&](const std::string& flags) {
     const Outcome outcome =
@@ -266,9 +266,13 @@ TEST(Program, AModelBendsOnBonesWhereTargetsWouldStretchIt) {
   EXPECT_THAT(gale["told"].get<std::string>(),
               HasSubstr("wrote a.glb: " + std::to_string(gale["joints"].get<int>()) + " joints"));
   EXPECT_GT(gale["keys"], gale["joints"]);
-  EXPECT_EQ(breath["form"], "morph");
-  EXPECT_EQ(breath["joints"], 0);
+  EXPECT_EQ(breath["form"], "skin");
+  EXPECT_GT(breath["joints"], 1);  // and does not stand still
+  EXPECT_LT(breath["largest_error_m"], 0.1 * gale["largest_error_m"].get<double>());
   EXPECT_EQ(by_hand["form"], "morph");
+  EXPECT_EQ(by_hand["joints"], 0);
+  EXPECT_GT(by_hand["largest_error_m"], gale["largest_error_m"]);
+  EXPECT_THAT(by_hand["told"].get<std::string>(), HasSubstr("wrote a.glb: morph targets, "));
   EXPECT_LE(few["joints"], 8);
   EXPECT_GT(few["largest_error_m"], gale["largest_error_m"]);
   EXPECT_THAT(few["told"].get<std::string>(), HasSubstr("m off the poses, and --tolerance wants"));

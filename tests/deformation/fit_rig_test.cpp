@@ -95,6 +95,15 @@ TEST(FitRig, OfWhatStandsStillIsItsRootAlone) {
   EXPECT_EQ(c.rig({.tolerance = 0.01}).joints.size(), 1U);
 }
 
+TEST(FitRig, OfASlightSwayDoesNotStandStill) {
+  const Case slight(test::straight_stem(20, 4, 0.05, 0.02), 0, 0.02),
+      still(test::straight_stem(20, 4, 0.05, 0.02), 0, 1e-6);
+  const Rig rig = slight.rig({.tolerance = 0.1});
+  EXPECT_GT(rig.joints.size(), 1U);
+  EXPECT_LE(rig.largest_error, 0.02);
+  EXPECT_EQ(still.rig({.tolerance = 0.1}).joints.size(), 1U);
+}
+
 TEST(FitRig, OnGroundThatGivesWayMovesTheFoot) {
   const Case c(test::straight_stem(5, 2, 0.05, 0.02), 0.05, 0.3, {.translation = 1e3, .rotation = 1e2});
   const Rig rig = c.rig({.tolerance = 0.005});

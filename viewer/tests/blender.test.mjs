@@ -43,6 +43,33 @@ describe('Blender', missing ? {skip: 'no Blender found'} : {}, () => {
     }
   }
 
+  for (const plant of plants) {
+    test(`plays ${plant.name} on bones as the program poses it`, () => {
+      const allowed = 0.005;
+      const paths = animate({...plant, name: `${plant.name}-bones`}, ['glb', 'csv'],
+                            {pose: 'bent', form: 'skin', tolerance: allowed});
+      const poses = readPoses(paths.csv), rest = restNodes(plant), height = heightOf(rest);
+      const out = `${paths.glb}.json`, count = settings.period * settings.fps;
+      const frames = [0, 0.17, 0.31, 0.5, 0.77].map((part) => Math.floor(part * count));
+      run(script, paths.glb, out, settings.fps, ...frames);
+      const found = JSON.parse(readFileSync(out, 'utf8'));
+      assert.equal(found.bones.length, 1);
+      assert.ok(found.bones[0] > 1);
+      assert.equal(found.clips.length, 1);
+      const pairs = found.rest.flatMap((vertex, index) => {
+        const node = rest.findIndex((place) => distance(place, vertex) < 0.5 * tolerance * height);
+        return node < 0 ? [] : [{index, node}];
+      });
+      assert.ok(pairs.length >= 3, `${pairs.length} tips found`);
+      for (const frame of frames) {
+        for (const {index, node} of pairs) {
+          const error = distance(found.poses[frame][index], poses[frame].nodes[node]);
+          assert.ok(error < (allowed + tolerance) * height, `frame ${frame} node ${node}: ${error} m`);
+        }
+      }
+    });
+  }
+
   test('makes a forest by the recipe in the guide', () => {
     const {glb} = animate(plants[0], ['glb']);
     const recipe = readFileSync(guide, 'utf8').match(/```python\n(import bpy[^]*?)```/)[1];

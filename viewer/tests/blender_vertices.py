@@ -1,6 +1,6 @@
 # blender --background --python blender_vertices.py -- FILE.glb OUT.json FPS FRAME…
 # Imports the file as an artist would and writes where its vertices are: with the weights of the mesh, which are those at
-# rest, and evaluated at each frame.
+# rest, or on bones at rest, and evaluated at each frame.
 import json
 import sys
 
@@ -13,8 +13,9 @@ glb, out, fps, *frames = sys.argv[sys.argv.index("--") + 1 :]
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.context.scene.render.fps = int(fps)
 bpy.ops.import_scene.gltf(filepath=glb)
-(plant,) = [thing for thing in bpy.data.objects if thing.type == "MESH"]
-keys = plant.data.shape_keys.key_blocks
+# The importer draws bones as a mesh of its own.
+(plant,) = [thing for thing in bpy.data.objects if thing.type == "MESH" and not thing.name.startswith("Icosphere")]
+keys = plant.data.shape_keys.key_blocks if plant.data.shape_keys else []
 
 
 def world(points):
@@ -30,8 +31,11 @@ for frame in frames:
 with open(glb, "rb") as file:
     header = file.read(20)
     document = json.loads(file.read(int.from_bytes(header[12:16], "little")))
-weights = document["meshes"][0]["weights"]
-rest = numpy.array(world(keys[0].data))
+weights = document["meshes"][0].get("weights", [])
+rest = numpy.array(world(keys[0].data if keys else plant.data.vertices))
 rest = rest + sum(w * (numpy.array(world(key.data)) - rest) for w, key in zip(weights, keys[1:]))
 with open(out, "w") as file:
-    json.dump({"keys": [key.name for key in keys], "rest": rest.tolist(), "poses": poses}, file)
+    bones = [len(thing.data.bones) for thing in bpy.data.objects if thing.type == "ARMATURE"]
+    clips = [action.name for action in bpy.data.actions]
+    json.dump({"keys": [key.name for key in keys], "rest": rest.tolist(), "poses": poses, "bones": bones, "clips": clips},
+              file)

@@ -104,16 +104,45 @@ struct Task {
   const Surface& surface;
   std::span<const ClipSource> clips;
   std::vector<BentLean> leans;
+  std::vector<double> tolerance;  // of every clip [m]
   Places places;
   Axes axes;
   std::vector<Instant> instants;  // that joints are chosen for
   PlacePoses poses;               // at these
   std::vector<Instant> checks;
 
+  double largest_tolerance() const { return *std::max_element(tolerance.begin(), tolerance.end()); }
   std::vector<BentBranch> bent(const Instant& instant) const {
     return bent_at(leans[instant.clip], *clips[instant.clip].motion, instant.time);
   }
 };
+
+// How far apart any end of a branch comes to stand within a clip; of one that stands still, how far from rest
+// [m].
+double sway_of(const Task& task, std::size_t clip) {
+  const BeamTree& tree = *task.structure.tree;
+  Eigen::Matrix3Xd rest(3, tree.branch_count());
+  for (int k = 0; k < tree.branch_count(); ++k) rest.col(k) = tree.members[index_of(k)].point(1);
+  Eigen::Matrix3Xd low = rest, high = rest;
+  double lean = 0;
+  bool first = true;
+  for (const double time : telling_times(*task.clips[clip].motion, 16)) {
+    Eigen::Matrix3Xd ends(3, tree.branch_count());
+    const std::vector<BentBranch> bent = task.bent({clip, time});
+    for (std::size_t k = 0; k < bent.size(); ++k) ends.col(static_cast<Eigen::Index>(k)) = bent[k].end;
+    low = first ? ends : low.cwiseMin(ends).eval();
+    high = first ? ends : high.cwiseMax(ends).eval();
+    lean = std::max(lean, (ends - rest).colwise().norm().maxCoeff());
+    first = false;
+  }
+  const double sway = (high - low).colwise().norm().maxCoeff();
+  return sway > 0 ? sway : lean;
+}
+
+double tolerance_of(const Task& task, std::size_t clip, double tolerance) {
+  constexpr double share_of_sway = 0.1, least_share = 0.05;  // of the sway, of the tolerance
+  return std::clamp(share_of_sway * sway_of(task, clip), least_share * tolerance, tolerance);
+}
 
 // A branch that bends far between its ends gets places for joints on it.
 std::vector<int> pieces_of(const Task& task, const std::vector<Instant>& instants, double tolerance) {
@@ -158,8 +187,10 @@ PlacePoses poses_of(const Task& task, const std::vector<Instant>& instants) {
 
 Task make_task(const Structure& structure, const Surface& surface, std::span<const ClipSource> clips,
                double tolerance) {
-  Task task{structure, surface, clips, {}, {}, {}, {}, {}, {}};
+  Task task{structure, surface, clips, {}, {}, {}, {}, {}, {}, {}};
   for (const ClipSource& clip : clips) task.leans.push_back(bend_lean(structure, *clip.motion));
+  for (std::size_t c = 0; c < clips.size(); ++c) task.tolerance.push_back(tolerance_of(task, c, tolerance));
+  tolerance = task.largest_tolerance();
   // So many that a large scan does not fill the memory.
   const double room =
       5e6 / (static_cast<double>(structure.members.size()) * static_cast<double>(clips.size()));
@@ -326,12 +357,13 @@ std::vector<double> measure(const Task& task, Rig& rig) {
   return errors;
 }
 
-// The keys of joints, within a tolerance for each.
+// The keys of joints, within so much of the tolerance for each: of the clips that sway less, as much less.
 void give_keys(const Task& task, const std::vector<rig::SampledTurns>& sampled, double tolerance, Rig& rig) {
   const std::vector<double> extent = extents(rig, task.surface);
   rig.clips.clear();
   for (std::size_t c = 0; c < task.clips.size(); ++c) {
-    rig.clips.push_back(rig::thin_turns(sampled[c], rig.joints, extent, tolerance));
+    const double of_clip = tolerance * task.tolerance[c] / task.largest_tolerance();
+    rig.clips.push_back(rig::thin_turns(sampled[c], rig.joints, extent, of_clip));
     rig.clips.back().name = task.clips[c].name;
     rig.clips.back().period = task.clips[c].motion->period;
   }
@@ -403,7 +435,7 @@ Rig fit_rig(const Structure& structure, const Surface& surface, std::span<const 
   const auto too_many = [&](const Rig& rig) {
     return options.max_joints > 0 && static_cast<int>(rig.joints.size()) > options.max_joints;
   };
-  const double outer = options.tolerance;
+  const double outer = task.largest_tolerance();
   double inner = 0.8 * outer;
   Rig rig;
   for (int round = 0; round < 4; ++round) {

@@ -18,8 +18,10 @@
 namespace tremula {
 
 struct RigOptions {
-  double tolerance = 0.05;  // how far off a vertex may be [m]; above 0
-  int max_joints = 0;       // at most so many, whatever error that costs; 0: as many as the tolerance takes
+  // How far off a vertex may be [m]; above 0. A clip that sways less than ten times that has a tenth of its
+  // sway, so that it does not stand still, and a twentieth of the tolerance at least.
+  double tolerance = 0.05;
+  int max_joints = 0;  // at most so many, whatever error that costs; 0: as many as the tolerance takes
 };
 
 // A motion of the tree that becomes a clip.
