@@ -358,8 +358,7 @@ std::vector<double> measure(const Task& task, Rig& rig) {
 }
 
 // The keys of joints, within so much of the tolerance for each: of the clips that sway less, as much less.
-std::vector<double> give_keys(const Task& task, const std::vector<rig::SampledTurns>& sampled,
-                              double tolerance, Rig& rig) {
+void give_keys(const Task& task, const std::vector<rig::SampledTurns>& sampled, double tolerance, Rig& rig) {
   const std::vector<double> extent = extents(rig, task.surface);
   rig.clips.clear();
   for (std::size_t c = 0; c < task.clips.size(); ++c) {
@@ -368,7 +367,6 @@ std::vector<double> give_keys(const Task& task, const std::vector<rig::SampledTu
     rig.clips.back().name = task.clips[c].name;
     rig.clips.back().period = task.clips[c].motion->period;
   }
-  return measure(task, rig);
 }
 
 // The joints for an inner tolerance, and as few keys as keep them within the outer one.
@@ -384,11 +382,17 @@ Rig fit_within(const Task& task, double inner, double outer, std::vector<double>
   }
   // Errors of joints on one path go the same way at a time: a few of these are the whole. Finer keys are kept
   // only where they, and not more joints, are what was wanting.
-  errors = give_keys(task, sampled, 0.1 * outer, rig);
+  give_keys(task, sampled, 0.1 * outer, rig);
+  errors = measure(task, rig);
   if (rig.largest_error <= outer) return rig;
   Rig finer = rig;
-  const std::vector<double> finer_errors = give_keys(task, sampled, 0.03 * outer, finer);
-  if (finer.largest_error > 0.9 * rig.largest_error && finer.largest_error > outer) return rig;
+  give_keys(task, sampled, 0.03 * outer, finer);
+  const auto in_vain = [&](double error) { return error > 0.9 * rig.largest_error && error > outer; };
+  // Most often one instant tells, and all the others of a large scan take seconds.
+  const auto worst = std::max_element(errors.begin(), errors.end()) - errors.begin();
+  if (in_vain(measure(task, finer, task.checks[index_of(worst)]).error)) return rig;
+  const std::vector<double> finer_errors = measure(task, finer);
+  if (in_vain(finer.largest_error)) return rig;
   errors = finer_errors;
   return finer;
 }
