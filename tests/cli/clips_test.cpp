@@ -46,11 +46,14 @@ TEST(Clips, ShareOneSkeletonAndPeriodInOneFile) {
     for (const auto& channel : animation["channels"])
       EXPECT_NE(std::find(joints.begin(), joints.end(), channel["target"]["node"]), joints.end());
     double last = 0;
+    int most_keys = 0;
     for (const auto& sampler : animation["samplers"]) {
       const auto& times = document["accessors"][sampler["input"].get<std::size_t>()];
       last = std::max(last, times["max"][0].get<double>());
+      most_keys = std::max(most_keys, times["count"].get<int>());
     }
     EXPECT_EQ(last, 4);
+    EXPECT_GT(most_keys, 10) << animation["name"];  // the calm one is no still, either
   }
   const auto report = nlohmann::json::parse(contents(folder / "r.json"));
   EXPECT_EQ(report["glb"]["clips"], 3);
