@@ -122,7 +122,7 @@ struct AnimateCommand {
   std::vector<Motion> move_in_others(const Subject& subject, const Weather& first,
                                      const std::vector<NamedWind>& clips, const Progress& progress,
                                      StageLog& log, WarningLog& warnings) const;
-  bool wants_bones(const CLI::App& flags, const Subject& subject, const Motion& motion) const;
+  bool on_bones(const CLI::App& flags, const Plant& plant) const;
   RigOptions rig_options(const Subject& subject) const;
   WrittenModel encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
                               const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
@@ -293,7 +293,10 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        "given with --form morph",
        "--form skin, whose joints it counts",
        {"--max-joints", "--tolerance", "--clip"}},
-      {form.empty() && flags.count("--morphs") > 0, "given with --morphs", "one of them", {"--max-joints"}},
+      {form.empty() && flags.count("--morphs") > 0,
+       "given with --morphs",
+       "one of them",
+       {"--max-joints", "--tolerance"}},
       {loads.pose == "linear" || loads.model == "paper",
        "given where displacements superpose (--pose linear, --loads paper)",
        "--pose bent: joints only turn",
@@ -333,14 +336,16 @@ double height_of(const Structure& structure) {
 }
 
 // Bones for all that bends, unless somebody asks for targets.
-bool AnimateCommand::wants_bones(const CLI::App& flags, const Subject& subject, const Motion& motion) const {
-  const bool can = subject.structure.tree != nullptr && motion.lean_strains.size() > 0;
-  if ((form == "skin" || !clip_texts.empty()) && !can) {
-    throw InputError(form == "skin" ? "--form skin" : "--clip",
-                     subject.structure.tree == nullptr ? "given with a frame" : "given with linear poses",
+bool AnimateCommand::on_bones(const CLI::App& flags, const Plant& plant) const {
+  if (form == "morph" || flags.count("--morphs") > 0) return false;
+  if (!plant.frame && loads.pose == "bent" && loads.model != "paper") return true;
+  for (const char* flag : {"--clip", "--max-joints", "--tolerance", "--form"}) {
+    if (flags.count(flag) == 0) continue;
+    throw InputError(form == "skin" ? "--form skin" : flag,
+                     plant.frame ? "given with a frame" : "given with linear poses",
                      "--form morph, or a tree with --pose bent");
   }
-  return can && form != "morph" && !(form.empty() && flags.count("--morphs") > 0);
+  return false;
 }
 
 RigOptions AnimateCommand::rig_options(const Subject& subject) const {
@@ -673,8 +678,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   WarningLog warnings;
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
   const Plant plant = read_plant(log);
-  write_options.on_bones = !plant.frame && form != "morph" && flags.count("--morphs") == 0 &&
-                           loads.pose == "bent" && loads.model != "paper";
+  write_options.on_bones = on_bones(flags, plant);
   conditions.gauges = placed_gauges(plant);
   if (!report.empty() && !plant.frame) conditions.most_strained = 10;
   const int modes = modes_of(plant, warnings);
@@ -701,7 +705,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const Json most_stressed = stresses(moved.motion, plant.imported.skeleton, options.structure.material,
                                       conditions.wind.reference.heading);
   std::shared_ptr<const Rig> rig;
-  if (writes("glb") && wants_bones(flags, subject, moved.motion)) {
+  if (writes("glb") && write_options.on_bones) {
     log.begin("bones");
     if (mean_only) moved.motion = lean_alone(std::move(moved.motion));
     std::vector<ClipSource> sources{{clips.empty() ? "wind loop" : clips[0].name, &moved.motion}};

@@ -107,6 +107,11 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
   expect_refused(model + "--form morph --max-joints 20", {"--max-joints: given with --form morph"});
   expect_refused(model + "--form skin --morphs paired", {"--morphs: given with --form skin"});
   expect_refused(model + "--morphs paired --max-joints 20", {"--max-joints: given with --morphs"});
+  expect_refused(model + "--morphs paired --tolerance 0.01", {"--tolerance: given with --morphs"});
+  const std::string frame = "animate '" + (test::source_folder() / "examples/frames/pergola.toml").string() +
+                            "' --period 2 -o a.glb ";
+  for (const std::string flag : {"--form skin", "--clip calm:2", "--max-joints 20", "--tolerance 0.01"})
+    expect_refused(frame + flag, {flag.substr(0, flag.find(' ')), "given with a frame"});
   expect_refused(model + "--pose linear --max-joints 20",
                  {"--max-joints: given where displacements superpose"});
   expect_refused(model + "--pose linear --form skin", {"--form skin: given with linear poses"});
