@@ -8,7 +8,7 @@ import {bentCurve, carriedBy, poseOf, readBranches} from './bent_skin.mjs';
 import {openSkin, readGltf, skinsIn, verticesOf} from './skin.mjs';
 import {animateClips, distance, heightOf, largestDistance, recipe, tolerance, withClips} from './support.mjs';
 
-// More presets by name: TREMULA_PLANTS="oak birch willow" (a minute each).
+// More presets by name: TREMULA_PLANTS="oak birch willow" (minutes each).
 const presets = ['sapling', ...(process.env.TREMULA_PLANTS ?? '').split(' ').filter(Boolean)];
 const allowed = 0.005, framesPerSecond = 31, period = 20;
 
@@ -50,8 +50,8 @@ for (const preset of presets) {
         });
         edge = Math.max(edge, longestEdge(skin.corners, skin.rest, found));
       }
-      t.diagnostic(`${clip}: off by ${(off / height).toExponential(2)} of the height, moved by ${(moved / height).toFixed(3)}, ` +
-                   `edges longer by ${(edge - 1).toExponential(2)}`);
+      t.diagnostic(`${clip}: off by ${(off / height).toExponential(2)} of the height, ` +
+                   `moved by ${(moved / height).toFixed(3)}, edges longer by ${(edge - 1).toExponential(2)}`);
       assert.ok(off < (allowed + tolerance) * height, `${clip}: ${off} m of ${height} m`);
       assert.ok(off < 0.25 * moved, `${clip}: ${off} m off, where it moves by ${moved} m`);
       assert.ok(edge < 1.02, `${clip}: an edge is ${edge} times as long`);
@@ -102,7 +102,10 @@ describe('the recipes for three.js', () => {
       mixer.setTime(time);
       return turns();
     };
-    const angle = (a, b) => 2 * Math.asin(Math.min(1, Math.hypot(...new Quaternion().copy(a).invert().multiply(b).toArray().slice(0, 3))));
+    const angle = (a, b) => {
+      const {x, y, z} = new Quaternion().copy(a).invert().multiply(b);
+      return 2 * Math.asin(Math.min(1, Math.hypot(x, y, z)));
+    };
     let beyond = 0, far = 0, longest = 0;
     for (const time of [0, 2.345, 9.87, 16.1]) {
       const calm = at(0, time);

@@ -51,7 +51,8 @@ export function animateClips({name, input, clips}, options = {}) {
 // The block of the guide about many plants that is in this language and has this in it.
 export function recipe(language, holding) {
   const guide = readFileSync(new URL('../../docs/guide/many-plants.md', import.meta.url), 'utf8');
-  return guide.split('```').find((block) => block.startsWith(`${language}\n`) && block.includes(holding)).slice(language.length + 1);
+  const blocks = guide.split('```').filter((block) => block.startsWith(`${language}\n`));
+  return blocks.find((block) => block.includes(holding)).slice(language.length + 1);
 }
 
 // Runs `tremula animate` with options over the usual ones; returns the paths of what it wrote, by extension. Poses are

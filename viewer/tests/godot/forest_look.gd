@@ -1,5 +1,6 @@
 # godot3-server --path PROJECT -s forest_look.gd: runs the recipes of the guide on plant.glb, clips "calm" and "gale", and
-# writes forest.json: every plant where it begins, some seconds on, before and after it fades; and one between both winds in a tree.
+# writes forest.json: every plant where it begins, some seconds on, before and after it fades; and one between both winds
+# in a tree.
 extends SceneTree
 
 const Plant = preload("plant.gd")
@@ -17,7 +18,8 @@ func forest():
 	var plants = []
 	for player in forest.players:
 		var at = player.get_parent().translation
-		plants.append({"at": [at.x, -at.z, at.y], "now": player.current_animation_position, "first": Plant.vertices(player.get_parent())})
+		var now = player.current_animation_position
+		plants.append({"at": [at.x, -at.z, at.y], "now": now, "first": Plant.vertices(player.get_parent())})
 	for i in range(plants.size()):
 		forest.players[i].advance(13.7)
 		plants[i]["later"] = Plant.vertices(forest.players[i].get_parent())
