@@ -6,7 +6,7 @@ import {AnimationClip, AnimationMixer, Group, Quaternion} from 'three';
 import {clone} from 'three/addons/utils/SkeletonUtils.js';
 import {bentCurve, carriedBy, poseOf, readBranches} from './bent_skin.mjs';
 import {openSkin, readGltf, skinsIn, verticesOf} from './skin.mjs';
-import {animateClips, distance, heightOf, largestDistance, recipe, tolerance, withClips} from './support.mjs';
+import {animateClips, distance, guide, heightOf, largestDistance, recipe, tolerance, withClips} from './support.mjs';
 
 // More presets by name: TREMULA_PLANTS="oak birch willow" (minutes each).
 const presets = ['sapling', ...(process.env.TREMULA_PLANTS ?? '').split(' ').filter(Boolean)];
@@ -91,6 +91,20 @@ describe('the recipes for three.js', () => {
         assert.ok(off < 1e-6 * height, `plant ${i} after ${now} s: ${off} m`);
       });
     }
+  });
+
+  test('a fade by the clock goes on where the gusts are', () => {
+    const [line] = guide.match(/gale\.time = calm\.time[^`]*/);
+    const mixer = new AnimationMixer(gltf.scene);
+    const [calm, gale] = ['calm', 'gale'].map((name) => mixer.clipAction(AnimationClip.findByName(gltf.animations, name)));
+    calm.play();
+    mixer.update(3);
+    run(line, {calm, gale}, 'undefined');
+    const off = (clip, time) => largestDistance(verticesOf(gltf.scene), skin.pose(clip, time)) / height;
+    mixer.update(0);
+    assert.ok(off('calm', 3) < 1e-6);
+    mixer.update(4.5);
+    assert.ok(off('gale', 7.5) < 1e-6);
   });
 
   test('a wind between two clips is between them, and at its ends it is them', async (t) => {

@@ -48,9 +48,10 @@ export function animateClips({name, input, clips}, options = {}) {
   return {glb, report: JSON.parse(readFileSync(report, 'utf8'))};
 }
 
-// The block of the guide about many plants that is in this language and has this in it.
+export const guide = readFileSync(new URL('../../docs/guide/many-plants.md', import.meta.url), 'utf8');
+
+// Its block that is in this language and has this in it.
 export function recipe(language, holding) {
-  const guide = readFileSync(new URL('../../docs/guide/many-plants.md', import.meta.url), 'utf8');
   const blocks = guide.split('```').filter((block) => block.startsWith(`${language}\n`));
   return blocks.find((block) => block.includes(holding)).slice(language.length + 1);
 }
