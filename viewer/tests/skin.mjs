@@ -28,10 +28,10 @@ export async function openSkin(path) {
   const {scene, animations} = await readGltf(path);
   const skins = skinsIn(scene), mixer = new AnimationMixer(scene);
   const numbers = (name) => skins.flatMap(({geometry}) => Array.from(geometry.attributes[name].array));
-  const corners = [];  // of all triangles
+  const corners = [];  // of the triangles of bark
   let before = 0;
-  for (const {geometry} of skins) {
-    for (const corner of geometry.index.array) corners.push(before + corner);
+  for (const {geometry, material} of skins) {
+    for (const corner of material.name === 'bark' ? geometry.index.array : []) corners.push(before + corner);
     before += geometry.attributes.position.count;
   }
   return {
