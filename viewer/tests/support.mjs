@@ -61,7 +61,8 @@ export function recipe(language, holding) {
 export function animate({name, input, wind}, extensions, options = {}) {
   const paths = Object.fromEntries(extensions.map((extension) => [extension, join(folder, `${name}.${extension}`)]));
   const flags = Object.entries({'wind-speed': wind, modes: 20, seed: 1, pose: 'linear', ...settings, ...options})
-                    .flatMap(([flag, value]) => [`--${flag}`, String(value)]);
+                    .filter(([, value]) => value !== undefined)
+                    .flatMap(([flag, value]) => [value].flat().flatMap((each) => [`--${flag}`, String(each)]));
   const outputs = Object.values(paths).flatMap((path) => ['-o', path]);
   execFileSync(program, ['animate', input, ...flags, ...outputs], {stdio: ['ignore', 'ignore', 'pipe']});
   return paths;
