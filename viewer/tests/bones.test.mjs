@@ -8,7 +8,7 @@ import {bentCurve, carriedBy, poseOf, readBranches} from './bent_skin.mjs';
 import {openSkin, readGltf, skinsIn, verticesOf} from './skin.mjs';
 import {animateClips, distance, guide, heightOf, largestDistance, recipe, tolerance, withClips} from './support.mjs';
 
-// More presets by name: TREMULA_PLANTS="oak birch willow" (minutes each).
+// More presets by name: TREMULA_PLANTS="bamboo oak birch willow" (minutes each).
 const presets = ['sapling', ...(process.env.TREMULA_PLANTS ?? '').split(' ').filter(Boolean)];
 const allowed = 0.005, framesPerSecond = 31, period = 20;
 
