@@ -200,8 +200,10 @@ Weather AnimateCommand::weather(const Wind& blowing) const {
   weather.wind = blowing;
   loads.set(structure, weather);
   weather.damping = {.ratio = damping_ratio,
+                     .ratios = Eigen::VectorXd::Map(mode_damping.data(), std::ssize(mode_damping)),
                      .mass_proportional = mass_damping,
                      .stiffness_proportional = stiffness_damping,
+                     .decay_time = decay_time,
                      .aerodynamic = !no_aerodynamic_damping};
   weather.transfer = transfer == "sampled" ? Transfer::sampled : Transfer::bin_averaged;
   weather.static_correction = !no_static_correction;
@@ -418,6 +420,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
     series.push_back(gauge_series(reading, moved.motion, conditions.wind.reference.heading));
   const Json most_stressed = stresses(moved.motion, plant.imported.skeleton, options.structure.material,
                                       conditions.wind.reference.heading);
+  const DampingBySource damping = moved.motion.damping;
   std::shared_ptr<const Rig> rig;
   if (has_skin && write_options.on_bones) {
     if (mean_only) moved.motion = lean_alone(std::move(moved.motion));
@@ -437,17 +440,10 @@ void AnimateCommand::run(const CLI::App& flags) const {
   loop.rig = rig;
   const WrittenModel written = encode_outputs(loop, series, writers, write_options, model_error, log, files);
   if (!report.empty()) {
-    const Done done{plant,
-                    options.structure,
-                    blowing.described,
-                    conditions,
-                    subject,
-                    loop,
-                    series,
-                    most_stressed,
-                    moved.statistics,
-                    warnings.lines,
-                    writes("glb") ? std::optional(written) : std::nullopt};
+    const Done done{plant,      options.structure, blowing.described,
+                    conditions, subject,           loop,
+                    series,     most_stressed,     moved.statistics,
+                    damping,    warnings.lines,    writes("glb") ? std::optional(written) : std::nullopt};
     files.add(report, text_of(report_of(done, log)));
   }
   files.commit();

@@ -60,6 +60,7 @@ struct Done {
   const std::vector<GaugeSeries>& gauges;
   const Json& most_stressed;
   const MotionStatistics& statistics;
+  const DampingBySource& damping;
   const std::vector<std::string>& warnings;
   const std::optional<WrittenModel>& model;
 };
@@ -77,7 +78,8 @@ struct AnimateCommand {
   std::string wind = "turbulent", transfer = "bin-averaged";
   std::optional<double> correlation_time, correlation_length;  // of StamWind
   double period = 20, frames_per_second = 30, damping_ratio = 0.05;
-  std::optional<double> mass_damping, stiffness_damping;
+  std::optional<double> mass_damping, stiffness_damping, decay_time;
+  std::vector<double> mode_damping;
   LoadFlags loads;
   bool no_aerodynamic_damping = false, no_static_correction = false;
   int mode_count = 20;
@@ -90,6 +92,9 @@ struct AnimateCommand {
   ThreadsFlag threads;
 
   bool is_stam() const { return wind == "stam" || wind == "stam-printed"; }
+  bool is_damped_by_ratio() const {
+    return !mass_damping && !stiffness_damping && !decay_time && mode_damping.empty();
+  }
   bool is_field() const { return lower_extension(wind) == ".bts"; }
   ChosenWind chosen_wind() const;
   ChosenWind wind_of(const NamedWind& clip) const;

@@ -80,8 +80,16 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
       {mass_damping.has_value(),
        "given with --mass-damping",
        "one of them",
-       {"--damping-ratio", "--stiffness-damping"}},
-      {stiffness_damping.has_value(), "given with --stiffness-damping", "one of them", {"--damping-ratio"}},
+       {"--damping-ratio", "--stiffness-damping", "--decay-time", "--mode-damping"}},
+      {stiffness_damping.has_value(),
+       "given with --stiffness-damping",
+       "one of them",
+       {"--damping-ratio", "--decay-time", "--mode-damping"}},
+      {decay_time.has_value(),
+       "given with --decay-time",
+       "one of them",
+       {"--damping-ratio", "--mode-damping"}},
+      {!mode_damping.empty(), "given with --mode-damping", "one of them", {"--damping-ratio"}},
   };
   refuse_idle_flags(flags, rules);
   loads.check(flags);
@@ -193,6 +201,14 @@ void add_animate(CLI::App& app) {
       ->group(motion);
   sub.add_option("--stiffness-damping", command->stiffness_damping,
                  "c of c omega^2 (Shinya & Fournier) instead of the ratio [s]")
+      ->group(motion);
+  sub.add_option(
+         "--decay-time", command->decay_time,
+         "tau_0: the stiffness damping under which the first mode alone falls to 1/e in this time [s]")
+      ->group(motion);
+  sub.add_option("--mode-damping", command->mode_damping,
+                 "A damping ratio for each mode in turn, 0.03,0.02,0.01; modes behind the last have the last")
+      ->delimiter(',')
       ->group(motion);
   sub.add_flag("--no-aerodynamic-damping", command->no_aerodynamic_damping,
                "Only the damping of the wood; by default the wind damps what moves in it, too")

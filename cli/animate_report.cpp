@@ -4,6 +4,7 @@
 #include "tremula/dynamics/motion_statistics.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 #include "animate.hpp"
 
@@ -63,6 +64,22 @@ Json describe(const std::optional<WrittenModel>& model) {
           {"bytes", model->bytes}};
 }
 
+// Of every mode by what damps it, as shares of critical damping.
+Json describe(const DampingBySource& damping, const Loop& loop) {
+  Json list = Json::array();
+  for (std::size_t c = 1; c < loop.kind.size(); ++c) {
+    if (loop.kind[c] != ShapeKind::mode) continue;
+    const auto r = static_cast<Eigen::Index>(c);
+    const double critical = 4 * std::numbers::pi * loop.frequency[r];
+    const double structure = damping.structure[r - 1] / critical, medium = damping.medium[r - 1] / critical;
+    list.push_back({{"frequency_hz", loop.frequency[r]},
+                    {"damping_ratio", structure + medium},
+                    {"of_structure", structure},
+                    {"of_medium", medium}});
+  }
+  return list;
+}
+
 // Of the plant as it stands in the mean wind.
 std::vector<double> frequencies_of_modes(const Loop& loop) {
   std::vector<double> frequencies;
@@ -96,7 +113,9 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
   Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
   settings.update(cli::describe(loads));
   settings.update(Json(
-      {{"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
+      {{"damping_ratio", is_damped_by_ratio() ? Json(damping_ratio) : Json()},
+       {"mode_damping", mode_damping.empty() ? Json() : Json(mode_damping)},
+       {"decay_time_s", decay_time ? Json(*decay_time) : Json()},
        {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
        {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
        {"aerodynamic_damping", !no_aerodynamic_damping},
@@ -117,6 +136,7 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
       {"mode_count", done.subject.modes.count()},
       {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
       {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
+      {"damping", describe(done.damping, done.loop)},
       {"motion", describe(done.statistics)},
       {"gauges", describe(done.gauges)},
       {"most_stressed_branches", done.most_stressed},

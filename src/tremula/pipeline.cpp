@@ -77,6 +77,11 @@ ModalSystem modal_system(const Basis& basis, const Lean& lean, const Damping& da
   return system;
 }
 
+DampingBySource by_source(const ModalSystem& system, const Damping& damping) {
+  const Eigen::VectorXd structure = structural_damping(damping, system.omega);
+  return {structure, system.damping.diagonal() - structure};
+}
+
 // As many modes as were baked, of the structure as it stands; the baked ones where it stands as at rest.
 Modes modes_about(const Lean& lean, Modes baked) {
   if (lean.strains.size() == 0 || lean.strains.isZero(0)) return baked;
@@ -143,6 +148,7 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   }
   Motion motion = make_motion(std::move(basis), weather.loop, spectra);
   motion.lean_strains = lean.strains;
+  motion.damping = by_source(system, weather.damping);
   motion.mean_drag = mean_drag(lean.loads);
   for (const Gauge& gauge : weather.gauges)
     motion.readings.push_back(read_gauge(lean, motion.basis, gauge));  // N, N m

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -191,6 +192,14 @@ TEST(Defaults, GiveTheSameFrequenciesAndLeanFromTheLibraryAndFromTheProgram) {
     EXPECT_EQ(report["frequencies_hz"][static_cast<std::size_t>(r)], subject.modes.frequency[r]);
   }
   EXPECT_EQ(report["motion"]["largest_lean_m"], statistics.largest_lean);
+  for (int r = 0; r < subject.modes.count(); ++r) {
+    const auto& damping = report["damping"][static_cast<std::size_t>(r)];
+    EXPECT_NEAR(damping["of_structure"].get<double>(), 0.05, 1e-12);
+    const double critical = 4 * std::numbers::pi * motion.basis.frequency[r + 1];
+    EXPECT_NEAR(damping["of_medium"].get<double>(), motion.damping.medium[r] / critical, 1e-9);
+    EXPECT_NEAR(damping["damping_ratio"].get<double>(),
+                damping["of_structure"].get<double>() + damping["of_medium"].get<double>(), 1e-12);
+  }
 }
 #endif
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -345,6 +346,25 @@ TEST(Loop, TellsItsProgress) {
   });
   EXPECT_EQ(stages, (std::vector<std::string>{"lean", "wind", "loads", "response"}));
   EXPECT_EQ(last, 1);
+}
+
+TEST(DampingBySource, IsWhatTheWoodWasGivenAndWhatTheWindAdds) {
+  const Subject subject = sapling();
+  Weather vacuum = weather;
+  vacuum.damping = {.ratio = 0.03, .aerodynamic = false};
+  const Motion alone = set_in_motion(subject, vacuum);
+  const Eigen::VectorXd omega = 2 * std::numbers::pi * alone.basis.frequency.tail(alone.basis.count() - 1);
+  EXPECT_LT((alone.damping.structure - 0.06 * omega).norm(), 1e-13 * omega.norm());
+  EXPECT_TRUE(alone.damping.medium.isZero(0));
+  const auto of_wind = [&](double speed) {
+    Weather windy = weather;
+    windy.wind = turbulent_wind({.speed = speed}, 0.2);
+    return set_in_motion(subject, windy).damping.medium[0];
+  };
+  // Grows with the wind, a little less than with its speed: the sapling bends out of it.
+  EXPECT_GT(of_wind(2), 0);
+  EXPECT_GT(of_wind(4) / of_wind(2), 1.5);
+  EXPECT_LT(of_wind(4) / of_wind(2), 2);
 }
 
 }  // namespace

@@ -59,11 +59,8 @@ double quantile(Eigen::VectorXd values, double share) {
 Eigen::VectorXd base_moments(const Wind& wind, const TimeAxis& loop, Drag drag) {
   const Skeleton stub = test::straight_stem(8, 0.3, 0.05, 0.05);
   const Subject subject = bake(stub, {.structure = test::weightless(), .modes = {.count = all_modes}});
-  const Weather weather{.wind = wind,
-                        .drag = drag,
-                        .lean = {.shelter = {.on = false}},
-                        .loop = loop,
-                        .gauges = {place_gauge(stub, "base")}};
+  Weather weather{.wind = wind, .drag = drag, .lean = {.shelter = {.on = false}}, .loop = loop};
+  weather.gauges = {place_gauge(stub, "base")};
   const Motion motion = set_in_motion(subject, weather);
   return gauge_series(motion.readings[0], motion, 0).along_wind;
 }

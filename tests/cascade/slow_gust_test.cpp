@@ -49,10 +49,9 @@ class SlowGusts : public testing::TestWithParam<std::string> {
 
   Motion motion(const Wind& wind) const {
     // The crown leaves of a gust what it leaves of the mean wind, another one in a gust: not here.
-    return set_in_motion(subject_, {.wind = wind,
-                                    .lean = {.shelter = {.on = false}},
-                                    .loop = {1e5, 8},
-                                    .gauges = {place_gauge(skeleton_, "base")}});
+    Weather weather{.wind = wind, .lean = {.shelter = {.on = false}}, .loop = {1e5, 8}};
+    weather.gauges = {place_gauge(skeleton_, "base")};
+    return set_in_motion(subject_, weather);
   }
 
   State state(const Motion& motion, int sample) const {

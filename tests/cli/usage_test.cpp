@@ -94,6 +94,11 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
                  {"--damping-ratio: given with --mass-damping"});
   expect_refused(animate + "--damping-ratio 0.1 --stiffness-damping 1",
                  {"--damping-ratio: given with --stiffness-damping"});
+  expect_refused(animate + "--decay-time 1 --damping-ratio 0.1",
+                 {"--damping-ratio: given with --decay-time"});
+  expect_refused(animate + "--decay-time 1 --mode-damping 0.1", {"--mode-damping: given with --decay-time"});
+  expect_refused(animate + "--mode-damping 0.1,0 -o b.csv", {"--mode-damping", "'0'"});
+  expect_refused(animate + "--mode-damping 0.1,x -o b.csv", {"--mode-damping", "'x'"});
   expect_refused(animate + "--mass-damping 1 --stiffness-damping 1", {"--stiffness-damping"});
   expect_refused(animate + "--power-exponent 0.3", {"--power-exponent: given with --profile log"});
   expect_refused(animate + "--profile power --roughness-length 0.3",

@@ -102,13 +102,34 @@ TEST(StructuralDamping, IsByRatioByMassOrByStiffness) {
   EXPECT_NEAR(std::exp(-0.5 * rate[0] * 1.0), std::exp(-1.0), 1e-12);
 }
 
+TEST(StructuralDamping, OfADecayTimeLetsTheFirstModeFallToOneEthAndOthersByStiffness) {
+  const Eigen::Vector3d omega(3, 10, 40);
+  const Eigen::VectorXd rate = structural_damping({.decay_time = 4}, omega);
+  EXPECT_NEAR(std::exp(-0.5 * rate[0] * 4), std::exp(-1.0), 1e-14);
+  const double c = rate[0] / (omega[0] * omega[0]);
+  EXPECT_LT((rate - structural_damping({.stiffness_proportional = c}, omega)).norm(), 1e-13 * rate.norm());
+}
+
+TEST(StructuralDamping, ModeByModeGoesOnWithTheLastRatio) {
+  const Eigen::Vector4d omega(3, 5, 10, 20);
+  EXPECT_EQ(structural_damping({.ratios = Eigen::Vector2d(0.1, 0.02)}, omega),
+            Eigen::VectorXd(2 * Eigen::Vector4d(0.1, 0.02, 0.02, 0.02).cwiseProduct(omega)));
+  EXPECT_DOUBLE_EQ(structural_damping({.ratios = Eigen::Vector2d(0.1, 0.02)}, omega.head(1))[0], 0.6);
+  EXPECT_EQ(structural_damping({.ratios = Eigen::VectorXd::Constant(1, 0.03)}, omega),
+            structural_damping({.ratio = 0.03}, omega));
+}
+
 TEST(StructuralDamping, RefusesWhatIsNotAboveZeroAndTwoAtOnce) {
   const Eigen::Vector2d omega(3, 10);
   for (const double bad : {0.0, -1.0, static_cast<double>(NAN)}) {
     EXPECT_THROW(structural_damping({.ratio = bad}, omega), InputError);
     EXPECT_THROW(structural_damping({.mass_proportional = bad}, omega), InputError);
     EXPECT_THROW(structural_damping({.stiffness_proportional = bad}, omega), InputError);
+    EXPECT_THROW(structural_damping({.decay_time = bad}, omega), InputError);
+    EXPECT_THROW(structural_damping({.ratios = Eigen::Vector3d(0.1, 0.1, bad)}, omega), InputError);
   }
+  EXPECT_THROW(structural_damping({.ratios = Eigen::VectorXd::Constant(1, 0.1), .decay_time = 1}, omega),
+               InputError);
   EXPECT_THROW(structural_damping({.mass_proportional = 1, .stiffness_proportional = 1}, omega), InputError);
 }
 

@@ -3,6 +3,7 @@
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -15,6 +16,14 @@ namespace {
 double above_zero(const char* what, double value) {
   if (!std::isfinite(value) || value <= 0) throw InputError(what, std::to_string(value), "a number above 0");
   return value;
+}
+
+Eigen::VectorXd ratios_of(const Eigen::VectorXd& given, Eigen::Index count) {
+  Eigen::VectorXd ratios(count);
+  for (Eigen::Index r = 0; r < count; ++r) ratios[r] = given[std::min(r, given.size() - 1)];
+  for (Eigen::Index r = 0; r < given.size(); ++r)
+    above_zero(("damping ratio of mode " + std::to_string(r + 1)).c_str(), given[r]);
+  return ratios;
 }
 
 // Of phi_r^T (force of the site per what cause says of it) (cause of phi_s).
@@ -41,8 +50,12 @@ Eigen::MatrixXd sum_over_sites(const Sites& sites, Eigen::Ref<const Eigen::Matri
 }  // namespace
 
 Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd& omega) {
-  if (damping.mass_proportional && damping.stiffness_proportional) {
-    throw InputError("damping", "both mass-proportional and stiffness-proportional", "one of them");
+  const int given = static_cast<int>(damping.ratios.size() > 0) + damping.mass_proportional.has_value() +
+                    damping.stiffness_proportional.has_value() + damping.decay_time.has_value();
+  if (given > 1) {
+    throw InputError("damping",
+                     std::to_string(given) + " of ratios, mass- and stiffness-proportional and a decay time",
+                     "one of them");
   }
   if (damping.mass_proportional) {
     return Eigen::VectorXd::Constant(omega.size(),
@@ -51,6 +64,12 @@ Eigen::VectorXd structural_damping(const Damping& damping, const Eigen::VectorXd
   if (damping.stiffness_proportional) {
     return above_zero("stiffness-proportional damping", *damping.stiffness_proportional) * omega.cwiseAbs2();
   }
+  if (damping.decay_time) {
+    const double rate = 2 / above_zero("decay time of the first mode", *damping.decay_time);
+    if (omega.size() == 0) return omega;
+    return rate * (omega / omega[0]).cwiseAbs2();
+  }
+  if (damping.ratios.size() > 0) return 2 * ratios_of(damping.ratios, omega.size()).cwiseProduct(omega);
   return 2 * above_zero("damping ratio", damping.ratio) * omega;
 }
 

@@ -9,11 +9,15 @@
 
 namespace tremula {
 
-// Of the structure, one of three; c_r is the rate in y_r'' + c_r y_r' + omega_r^2 y_r = f_r.
+// Of the structure, one of five; c_r is the rate in y_r'' + c_r y_r' + omega_r^2 y_r = f_r.
 struct Damping {
-  double ratio = 0.05;                                // zeta of every mode: c_r = 2 zeta omega_r
+  double ratio = 0.05;          // zeta of every mode: c_r = 2 zeta omega_r
+  Eigen::VectorXd ratios = {};  // instead zeta mode by mode; those behind the last have the last
   std::optional<double> mass_proportional = {};       // alpha [1/s] instead: c_r = alpha (S section 2)
   std::optional<double> stiffness_proportional = {};  // c [s] instead: c_r = c omega_r^2 (F eq. 9, errata F7)
+  // tau_0 [s] instead, in which the first mode alone falls to 1/e: c = 2/(tau_0 omega_1^2) of the line above
+  // (F section 6.1, errata F8).
+  std::optional<double> decay_time = {};
   bool aerodynamic = true;  // and that of the wind, which a moving site meets at another speed
 };
 

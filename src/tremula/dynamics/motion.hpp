@@ -11,6 +11,12 @@
 
 namespace tremula {
 
+// What damps every coordinate but the lean's, c_r of damping.hpp [1/s]; the ratio is c_r/(2 omega_r). Of the
+// medium the diagonal: it also couples modes.
+struct DampingBySource {
+  Eigen::VectorXd structure, medium;  // (c - 1)
+};
+
 // Coordinates of the basis at M equidistant instants of a loop that closes (sample M would equal sample 0).
 struct Motion {
   double period = 0;  // T [s]
@@ -21,6 +27,7 @@ struct Motion {
   // (S eq. 1).
   Eigen::VectorXd lean_strains = {};
 
+  DampingBySource damping = {};
   std::vector<GaugeReading> readings = {};       // of the gauges that were asked for
   std::vector<GaugeReading> most_strained = {};  // at the feet of the branches that are, the worst first
   Vec3 mean_drag = Vec3::Zero();                 // on the whole structure under the mean wind [N]
