@@ -139,6 +139,7 @@ class AxisFitter {
       return worst_stretch(segments, most);
     };
     std::vector<int> knots = refined({last()}, tolerance_, place, 6);
+    if (worst_place(segments_of(knots), tolerance_).error > tolerance_) knots = halved(knots);
     leave_out(knots);
     return segments_of(refined(knots, most_stretch, stretch, 4));
   }
@@ -237,21 +238,27 @@ class AxisFitter {
     return error;
   }
 
+  // Calls visit(place by its order, error) for all places and leaves, as long as it returns true.
+  template <class Visit>
+  void for_places(Segments segments, const Visit& visit) const {
+    const Mix& base = segments.empty() ? carrier_ : base_;
+    for (int i = 0; i <= last(); ++i) {
+      const Mix mix = mix_of(axis_, base, segments, way_of(axis_, i));
+      if (!visit(i, error_at(axis_.places[index_of(i)], mix))) return;
+    }
+    for (std::size_t i = 0; i < axis_.leaves.size(); ++i) {
+      const Mix mix = stiffened(mix_of(axis_, base, segments, axis_.leaf_way[i]), poses_.instants);
+      if (!visit(place_beyond(axis_.leaf_way[i]), error_at(axis_.leaves[i], mix))) return;
+    }
+  }
+
   // Any that is too bad is bad enough.
   Trial worst_place(Segments segments, double too_bad) const {
     Trial trial;
-    for (int i = 0; i <= last() && trial.error <= too_bad; ++i) {
-      const Mix& base = segments.empty() ? carrier_ : base_;
-      const Mix mix = mix_of(axis_, base, segments, way_of(axis_, i));
-      const double error = error_at(axis_.places[index_of(i)], mix);
-      if (error > trial.error) trial = {error, i};
-    }
-    for (std::size_t i = 0; i < axis_.leaves.size() && trial.error <= too_bad; ++i) {
-      const Mix& base = segments.empty() ? carrier_ : base_;
-      const Mix mix = stiffened(mix_of(axis_, base, segments, axis_.leaf_way[i]), poses_.instants);
-      const double error = error_at(axis_.leaves[i], mix);
-      if (error > trial.error) trial = {error, place_beyond(axis_.leaf_way[i])};
-    }
+    for_places(segments, [&](int at, double error) {
+      if (error > trial.error) trial = {error, at};
+      return trial.error <= too_bad;
+    });
     return trial;
   }
 
@@ -309,11 +316,9 @@ class AxisFitter {
   template <class ErrorOf>
   Trial with_one_more(std::vector<int>& knots, const Trial& before, const ErrorOf& error_of) {
     const auto i = static_cast<int>(std::lower_bound(knots.begin(), knots.end(), before.at) - knots.begin());
-    const auto from = [&](int k) { return k == 0 ? -1 : knots[index_of(k - 1)]; };
     std::vector<int> candidates{std::max(before.at, axis_.free)};
     for (const int k : {i, i - 1, i + 1}) {
-      if (k >= 0 && k < static_cast<int>(knots.size()))
-        candidates.push_back(middle(from(k), knots[index_of(k)]));
+      if (k >= 0 && k < static_cast<int>(knots.size())) candidates.push_back(middle_of(knots, k));
     }
     Trial best{.error = -1};
     std::vector<int> chosen;
@@ -331,6 +336,38 @@ class AxisFitter {
     for (int k = axis_.free; best.error < 0 && k <= last(); ++k) consider(k);
     knots = chosen;
     return best;
+  }
+
+  // The place nearest to the middle of a segment, neither of its ends; -1 where there is none.
+  int middle_of(const std::vector<int>& knots, int segment) const {
+    return middle(segment == 0 ? -1 : knots[index_of(segment - 1)], knots[index_of(segment)]);
+  }
+
+  // Where no knot helps alone, as on an axis that winds, or where a place that nothing helps hides the
+  // others: halves all segments that have a place outside of the tolerance, again and again, as long as there
+  // are any.
+  std::vector<int> halved(std::vector<int> knots) {
+    std::vector<int> best = knots;
+    double least = any_error;
+    for (std::vector<int> more;; knots = more) {
+      const std::vector<Segment> segments = segments_of(knots);
+      more = knots;
+      double excess = 0;
+      for_places(segments, [&](int at, double error) {
+        if (error <= tolerance_) return true;
+        excess += error - tolerance_;
+        const auto i = std::lower_bound(knots.begin(), knots.end(), at) - knots.begin();
+        const int between = middle_of(knots, static_cast<int>(i));
+        const auto place = std::lower_bound(more.begin(), more.end(), between);
+        if (between >= 0 && (place == more.end() || *place != between)) more.insert(place, between);
+        return true;
+      });
+      if (excess < 0.95 * least) {
+        least = excess;
+        best = knots;
+      }
+      if (more.size() == knots.size()) return best;
+    }
   }
 
   // Knots that later ones made idle.
