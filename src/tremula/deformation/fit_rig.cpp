@@ -116,94 +116,155 @@ struct Task {
   std::vector<Instant> checks;
 
   double largest_tolerance() const { return *std::max_element(tolerance.begin(), tolerance.end()); }
-  std::vector<BentBranch> bent(const Instant& instant) const {
-    return bent_at(leans[instant.clip], *clips[instant.clip].motion, instant.time);
-  }
 };
 
-// How far apart any end of a branch comes to stand within a clip; of one that stands still, how far from rest
-// [m].
-double sway_of(const Task& task, std::size_t clip) {
-  const BeamTree& tree = *task.structure.tree;
-  Eigen::Matrix3Xd rest(3, tree.branch_count());
-  for (int k = 0; k < tree.branch_count(); ++k) rest.col(k) = tree.members[index_of(k)].point(1);
-  Eigen::Matrix3Xd low = rest, high = rest;
-  double lean = 0;
-  bool first = true;
-  for (const double time : telling_times(*task.clips[clip].motion, 16)) {
-    Eigen::Matrix3Xd ends(3, tree.branch_count());
-    const std::vector<BentBranch> bent = task.bent({clip, time});
-    for (std::size_t k = 0; k < bent.size(); ++k) ends.col(static_cast<Eigen::Index>(k)) = bent[k].end;
-    low = first ? ends : low.cwiseMin(ends).eval();
-    high = first ? ends : high.cwiseMax(ends).eval();
-    lean = std::max(lean, (ends - rest).colwise().norm().maxCoeff());
-    first = false;
+using Pose = std::vector<BentBranch>;
+
+// bent_at for a few instants of one clip: the shapes, most of the memory there is to read, are read once.
+std::vector<Pose> poses_at(const Task& task, std::span<const Instant> instants) {
+  const std::size_t clip = instants.front().clip;
+  const BentLean& lean = task.leans[clip];
+  const Motion& motion = *task.clips[clip].motion;
+  const auto count = static_cast<Eigen::Index>(instants.size());
+  Eigen::MatrixXd coordinates(motion.basis.columns.cols(), count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    coordinates.col(i) = coordinates_at(motion, instants[index_of(i)].time);
+    for (std::size_t c = 0; c < motion.basis.kind.size(); ++c) {
+      if (motion.basis.kind[c] == ShapeKind::lean) coordinates(static_cast<Eigen::Index>(c), i) = 0;
+    }
   }
-  const double sway = (high - low).colwise().norm().maxCoeff();
-  return sway > 0 ? sway : lean;
+  Eigen::MatrixXd displacement(motion.basis.columns.rows(), count);
+  constexpr Eigen::Index together = 6 * 512;
+  const Eigen::Index rows = displacement.rows();
+  tbb::parallel_for(Eigen::Index{0}, (rows + together - 1) / together, [&](Eigen::Index block) {
+    const Eigen::Index first = block * together, size = std::min(together, rows - first);
+    displacement.middleRows(first, size).noalias() =
+        motion.basis.columns.middleRows(first, size) * coordinates;
+  });
+  std::vector<Pose> poses(instants.size());
+  tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
+    const Eigen::VectorXd moved = displacement.col(static_cast<Eigen::Index>(i));
+    poses[i] = bend(*lean.tree, lean.strains + strains_about(*lean.tree, lean.maps, moved));
+  });
+  return poses;
 }
 
-double tolerance_of(const Task& task, std::size_t clip, double tolerance) {
+// Calls visit(first, poses) with the poses at instants from `first` on, a few at a time.
+template <class Visit>
+void for_poses(const Task& task, std::span<const Instant> instants, const Visit& visit) {
+  constexpr std::size_t most = 4;
+  for (std::size_t first = 0, end = 0; first < instants.size(); first = end) {
+    for (end = first + 1; end < instants.size() && end - first < most;) {
+      if (instants[end].clip != instants[first].clip) break;
+      ++end;
+    }
+    visit(first, poses_at(task, instants.subspan(first, end - first)));
+  }
+}
+
+// How far branches go in a clip, by its telling instants.
+struct Survey {
+  double sway = 0;  // of any end of a branch, from one side to the other; where none sways, from
+                    // where it rests [m]
+  std::vector<double> sag, turn;  // (N) of a branch between its ends, in its own frame [m], [rad]
+};
+
+Survey survey(const Task& task, std::size_t clip) {
+  const BeamTree& tree = *task.structure.tree;
+  const auto count = index_of(tree.branch_count());
+  std::vector<Instant> instants;
+  for (const double time : telling_times(*task.clips[clip].motion, 16)) instants.push_back({clip, time});
+  constexpr double far = std::numeric_limits<double>::max();
+  std::vector<Vec3> low(count, Vec3::Constant(far)), high(count, Vec3::Constant(-far));
+  std::vector<double> lean(count);
+  Survey seen{0, std::vector<double>(count), std::vector<double>(count)};
+  for_poses(task, instants, [&](std::size_t, const std::vector<Pose>& poses) {
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
+      for (const Pose& pose : poses) {
+        const BentBranch& branch = pose[k];
+        low[k] = low[k].cwiseMin(branch.end);
+        high[k] = high[k].cwiseMax(branch.end);
+        lean[k] = std::max(lean[k], (branch.end - tree.members[k].point(1)).norm());
+        const double turned = std::sqrt(0.5) * (branch.end_frame - branch.start_frame).norm();
+        const double leant = std::sqrt(0.5) * (branch.chord_frame - branch.start_frame).norm();
+        seen.turn[k] = std::max(seen.turn[k], turned);
+        seen.sag[k] = std::max(seen.sag[k], (0.5 * turned + leant) * tree.members[k].beam.length / 8);
+      }
+    });
+  });
+  for (std::size_t k = 0; k < count; ++k) seen.sway = std::max(seen.sway, (high[k] - low[k]).norm());
+  if (seen.sway == 0) seen.sway = *std::max_element(lean.begin(), lean.end());
+  return seen;
+}
+
+double tolerance_of(const Survey& seen, double tolerance) {
   constexpr double share_of_sway = 0.1, least_share = 0.05;  // of the sway, of the tolerance
-  return std::clamp(share_of_sway * sway_of(task, clip), least_share * tolerance, tolerance);
+  return std::clamp(share_of_sway * seen.sway, least_share * tolerance, tolerance);
 }
 
 // A branch that bends far between its ends gets places for joints on it.
-std::vector<int> pieces_of(const Task& task, const std::vector<Instant>& instants, double tolerance) {
+std::vector<int> pieces_of(const Task& task, const std::vector<Survey>& surveys, double tolerance) {
   const BeamTree& tree = *task.structure.tree;
   constexpr double most_turn = 0.5;  // of what is blended (rad)
-  std::vector<double> sag(tree.members.size()), turn(sag);
-  for (const Instant& instant : instants) {
-    const std::vector<BentBranch> bent = task.bent(instant);
-    for (std::size_t k = 0; k < bent.size(); ++k) {
-      const double turned = std::sqrt(0.5) * (bent[k].end_frame - bent[k].start_frame).norm();
-      const double leant = std::sqrt(0.5) * (bent[k].chord_frame - bent[k].start_frame).norm();
-      turn[k] = std::max(turn[k], turned);
-      sag[k] = std::max(sag[k], (0.5 * turned + leant) * tree.members[k].beam.length / 8);
-    }
-  }
-  std::vector<int> pieces(sag.size(), 1);
+  std::vector<int> pieces(tree.members.size(), 1);
   const std::vector<double> reach = reach_of_branches(rig::find_places(tree, task.surface, pieces));
-  for (int k = 0; k < tree.branch_count(); ++k) {
-    const double turned = turn[index_of(k)];
-    const double wanted = std::max({std::sqrt(2 * sag[index_of(k)] / tolerance), turned / most_turn,
-                                    turned * reach[index_of(k)] / tolerance});
-    pieces[index_of(k)] = static_cast<int>(std::clamp(std::ceil(wanted), 1.0, 8.0));
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    double turned = 0, sag = 0;
+    for (const Survey& seen : surveys) {
+      turned = std::max(turned, seen.turn[k]);
+      sag = std::max(sag, seen.sag[k]);
+    }
+    const double wanted =
+        std::max({std::sqrt(2 * sag / tolerance), turned / most_turn, turned * reach[k] / tolerance});
+    pieces[k] = static_cast<int>(std::clamp(std::ceil(wanted), 1.0, 8.0));
   }
   return pieces;
 }
 
-PlacePoses poses_of(const Task& task, const std::vector<Instant>& instants) {
-  PlacePoses poses{instants.size(), {}, {}};
+// How places move at these instants, after those that are known.
+void add_poses(const Task& task, std::span<const Instant> instants, PlacePoses& known) {
   const auto count = index_of(task.places.count());
-  poses.position.resize(count * instants.size());
-  poses.frame.resize(count * instants.size());
-  tbb::parallel_for(std::size_t{0}, instants.size(), [&](std::size_t t) {
-    const std::vector<BentBranch> bent = task.bent(instants[t]);
-    for (std::size_t p = 0; p < count; ++p) {
-      const rig::PlacePose pose = rig::pose_of(*task.structure.tree, task.places, bent, static_cast<int>(p));
-      poses.position[p * instants.size() + t] = pose.position.cast<float>();
-      poses.frame[p * instants.size() + t] = pose.frame.cast<float>();
+  const std::size_t before = known.instants, all = before + instants.size();
+  PlacePoses poses{all, {}, {}};
+  poses.position.resize(count * all);
+  poses.frame.resize(count * all);
+  tbb::parallel_for(std::size_t{0}, count, [&](std::size_t p) {
+    for (std::size_t t = 0; t < before; ++t) {
+      poses.position[p * all + t] = known.position[p * before + t];
+      poses.frame[p * all + t] = known.frame[p * before + t];
     }
   });
-  return poses;
+  for_poses(task, instants, [&](std::size_t first, const std::vector<Pose>& some) {
+    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t p) {
+      for (std::size_t t = 0; t < some.size(); ++t) {
+        const rig::PlacePose pose =
+            rig::pose_of(*task.structure.tree, task.places, some[t], static_cast<int>(p));
+        poses.position[p * all + before + first + t] = pose.position.cast<float>();
+        poses.frame[p * all + before + first + t] = pose.frame.cast<float>();
+      }
+    });
+  });
+  known = std::move(poses);
 }
 
 Task make_task(const Structure& structure, const Surface& surface, std::span<const ClipSource> clips,
                double tolerance) {
   Task task{structure, surface, clips, {}, {}, {}, {}, {}, {}, {}};
   for (const ClipSource& clip : clips) task.leans.push_back(bend_lean(structure, *clip.motion));
-  for (std::size_t c = 0; c < clips.size(); ++c) task.tolerance.push_back(tolerance_of(task, c, tolerance));
+  std::vector<Survey> surveys;
+  for (std::size_t c = 0; c < clips.size(); ++c) {
+    surveys.push_back(survey(task, c));
+    task.tolerance.push_back(tolerance_of(surveys.back(), tolerance));
+  }
   tolerance = task.largest_tolerance();
-  // So many that a large scan does not fill the memory.
+  // So many that a large scan fills neither the memory nor the time.
   const double room =
-      5e6 / (static_cast<double>(structure.members.size()) * static_cast<double>(clips.size()));
+      2e6 / (static_cast<double>(structure.members.size()) * static_cast<double>(clips.size()));
   const auto each = static_cast<std::size_t>(std::clamp(room, 16.0, 48.0));
-  const auto few = instants_of(clips, [](const Motion& motion) { return telling_times(motion, 16); });
-  task.places = rig::find_places(*structure.tree, surface, pieces_of(task, few, tolerance));
+  task.places = rig::find_places(*structure.tree, surface, pieces_of(task, surveys, tolerance));
   task.axes = rig::find_axes(*structure.tree, task.places, surface);
   task.instants = instants_of(clips, [each](const Motion& motion) { return telling_times(motion, each); });
-  task.poses = poses_of(task, task.instants);
+  add_poses(task, task.instants, task.poses);
   rig::release_bent_collars(task.poses, tolerance, task.axes);
   task.checks = instants_of(clips, [each](const Motion& motion) {
     return checking_times(motion, std::min<std::size_t>(each, 36));
@@ -315,26 +376,26 @@ struct Measured {
 };
 
 // All vertices at one instant.
-Measured measure(const Task& task, const Rig& rig, const Instant& instant) {
-  const std::vector<BentBranch> bent = task.bent(instant);
+Measured measure(const Task& task, const Rig& rig, const Instant& instant, const Pose& bent) {
   const std::vector<JointFrame> frames = joint_frames(rig, rig.clips[instant.clip], instant.time);
   const Surface& surface = task.surface;
   Measured measured;
-  BlendedFrame here;
-  BentPoint wanted{Vec3::Zero(), Mat3::Identity()};
-  Vec3 axis_point = Vec3::Zero();
+  BlendedFrame here, off;
+  BentCurve curve;
   for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
-    if (i == 0 || surface.branch[i - 1] != surface.branch[i] || surface.along[i - 1] != surface.along[i]) {
-      const auto k = index_of(surface.branch[i]);
+    const bool same_branch = i > 0 && surface.branch[i - 1] == surface.branch[i];
+    if (!same_branch || surface.along[i - 1] != surface.along[i]) {
+      const Member& member = task.structure.members[index_of(surface.branch[i])];
       const auto s = static_cast<double>(surface.along[i]);
+      if (!same_branch) curve = curve_of(member, bent[index_of(surface.branch[i])]);
+      const BentPoint wanted = point_on(curve, s);
       here = blend(rig, frames, rig.shares[i]);
-      wanted = point_on(task.structure.members[k], bent[k], s);
-      axis_point = task.structure.members[k].point(s);
+      off.turn = here.turn - wanted.frame;
+      off.shift = here.shift - wanted.position + wanted.frame * member.point(s);
     }
     const Vec3 rest = surface.position[i].cast<double>();
     const Vec3 skinned = here.shift + here.turn * rest;
-    const Vec3 bent_to = wanted.position + wanted.frame * (rest - axis_point);
-    measured.error = std::max(measured.error, (skinned - bent_to).squaredNorm());
+    measured.error = std::max(measured.error, (off.shift + off.turn * rest).squaredNorm());
     measured.low = measured.low.cwiseMin(skinned.cast<float>());
     measured.high = measured.high.cwiseMax(skinned.cast<float>());
   }
@@ -345,8 +406,11 @@ Measured measure(const Task& task, const Rig& rig, const Instant& instant) {
 // The error at each of the checks [m].
 std::vector<double> measure(const Task& task, Rig& rig) {
   std::vector<Measured> all(task.checks.size());
-  tbb::parallel_for(std::size_t{0}, all.size(),
-                    [&](std::size_t i) { all[i] = measure(task, rig, task.checks[i]); });
+  for_poses(task, task.checks, [&](std::size_t first, const std::vector<Pose>& poses) {
+    tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
+      all[first + i] = measure(task, rig, task.checks[first + i], poses[i]);
+    });
+  });
   Measured sum;
   std::vector<double> errors;
   for (const Measured& one : all) {
@@ -399,8 +463,9 @@ Rig fit_within(const Task& task, double inner, double outer, int shapes_of, std:
   give_keys(task, sampled, 0.03 * outer, finer);
   const auto in_vain = [&](double error) { return error > 0.9 * rig.largest_error && error > outer; };
   // Most often one instant tells, and all the others of a large scan take seconds.
-  const auto worst = std::max_element(errors.begin(), errors.end()) - errors.begin();
-  if (in_vain(measure(task, finer, task.checks[index_of(worst)]).error)) return rig;
+  const Instant worst =
+      task.checks[index_of(std::max_element(errors.begin(), errors.end()) - errors.begin())];
+  if (in_vain(measure(task, finer, worst, poses_at(task, {&worst, 1}).front()).error)) return rig;
   const std::vector<double> finer_errors = measure(task, finer);
   if (in_vain(finer.largest_error)) return rig;
   errors = finer_errors;
@@ -414,9 +479,10 @@ void learn_from(const std::vector<double>& errors, double tolerance, Task& task)
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return errors[a] > errors[b]; });
+  std::vector<Instant> more;
   for (std::size_t i = 0; i < std::min(most, order.size()) && errors[order[i]] > tolerance; ++i)
-    task.instants.push_back(task.checks[order[i]]);
-  task.poses = poses_of(task, task.instants);
+    more.push_back(task.checks[order[i]]);
+  add_poses(task, more, task.poses);
 }
 
 // The least tolerance that so many joints are enough for, to a tenth, from one that wants more [m].

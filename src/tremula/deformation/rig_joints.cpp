@@ -134,13 +134,20 @@ class AxisFitter {
   // Within the tolerance first; then, as far as more joints help, without stretching the skin.
   std::vector<Segment> fit() {
     if (worst_place({}, tolerance_).error <= tolerance_) return {};
-    const auto place = [this](const Segments& segments, double most) { return worst_place(segments, most); };
-    const auto stretch = [this](const Segments& segments, double most) {
-      return worst_stretch(segments, most);
-    };
-    std::vector<int> knots = refined({last()}, tolerance_, place, 6);
+    const auto at_places = [this](Segments segments, const auto& visit) { for_places(segments, visit); };
+    const auto stretches = [this](Segments segments, const auto& visit) { for_stretches(segments, visit); };
+    std::vector<int> knots = refined({last()}, tolerance_, at_places, 6);
+    if (!within_tolerance(knots)) knots = halved(knots, tolerance_, at_places);
     leave_out(knots);
-    return segments_of(refined(knots, most_stretch, stretch, 4));
+    std::vector<int> more = refined(knots, most_stretch, stretches, 4);
+    if (worst_of(stretches, segments_of(more), most_stretch).error > most_stretch)
+      more = halved(more, most_stretch, stretches);
+    // A leaf on a new knot may be worse off between two joints than it was on one.
+    if (!within_tolerance(more) && within_tolerance(knots)) {
+      more = refined(more, tolerance_, at_places, 6);
+      if (!within_tolerance(more)) more = knots;
+    }
+    return segments_of(more);
   }
 
  private:
@@ -152,15 +159,16 @@ class AxisFitter {
 
   int last() const { return static_cast<int>(axis_.places.size()) - 1; }
 
-  // More knots until an error is no more than so much, or they stop to help.
-  template <class ErrorOf>
-  std::vector<int> refined(std::vector<int> knots, double most, const ErrorOf& error_of, int patience) {
-    Trial trial = error_of(segments_of(knots), any_error);
+  // More knots until no error is more than so much, or they stop to help. for_errors(segments, visit) calls
+  // visit(place by its order, error) for all errors, as long as that returns true.
+  template <class ForErrors>
+  std::vector<int> refined(std::vector<int> knots, double most, const ForErrors& for_errors, int patience) {
+    Trial trial = worst_of(for_errors, segments_of(knots), any_error);
     std::vector<int> best = knots;
     double least = trial.error;
     for (int in_vain = 0; trial.error > most && in_vain < patience;) {
       if (static_cast<int>(knots.size()) > last() - axis_.free) break;
-      trial = with_one_more(knots, trial, error_of);
+      trial = with_one_more(knots, trial, for_errors);
       ++in_vain;
       if (trial.error > 0.95 * least) continue;
       in_vain = 0;
@@ -237,22 +245,36 @@ class AxisFitter {
     return error;
   }
 
-  // Any that is too bad is bad enough.
-  Trial worst_place(Segments segments, double too_bad) const {
-    Trial trial;
-    for (int i = 0; i <= last() && trial.error <= too_bad; ++i) {
-      const Mix& base = segments.empty() ? carrier_ : base_;
+  // Calls visit(place by its order, error) for all places and leaves, as long as it returns true.
+  template <class Visit>
+  void for_places(Segments segments, const Visit& visit) const {
+    const Mix& base = segments.empty() ? carrier_ : base_;
+    for (int i = 0; i <= last(); ++i) {
       const Mix mix = mix_of(axis_, base, segments, way_of(axis_, i));
-      const double error = error_at(axis_.places[index_of(i)], mix);
-      if (error > trial.error) trial = {error, i};
+      if (!visit(i, error_at(axis_.places[index_of(i)], mix))) return;
     }
-    for (std::size_t i = 0; i < axis_.leaves.size() && trial.error <= too_bad; ++i) {
-      const Mix& base = segments.empty() ? carrier_ : base_;
+    for (std::size_t i = 0; i < axis_.leaves.size(); ++i) {
       const Mix mix = stiffened(mix_of(axis_, base, segments, axis_.leaf_way[i]), poses_.instants);
-      const double error = error_at(axis_.leaves[i], mix);
-      if (error > trial.error) trial = {error, place_beyond(axis_.leaf_way[i])};
+      if (!visit(place_beyond(axis_.leaf_way[i]), error_at(axis_.leaves[i], mix))) return;
     }
+  }
+
+  // Any that is too bad is bad enough.
+  template <class ForErrors>
+  Trial worst_of(const ForErrors& for_errors, Segments segments, double too_bad) const {
+    Trial trial;
+    for_errors(segments, [&](int at, double error) {
+      if (error > trial.error) trial = {error, at};
+      return trial.error <= too_bad;
+    });
     return trial;
+  }
+  Trial worst_place(Segments segments, double too_bad) const {
+    return worst_of([this](Segments all, const auto& visit) { for_places(all, visit); }, segments, too_bad);
+  }
+
+  bool within_tolerance(const std::vector<int>& knots) {
+    return worst_place(segments_of(knots), tolerance_).error <= tolerance_;
   }
 
   int place_beyond(double way) const {
@@ -260,19 +282,19 @@ class AxisFitter {
     return std::min(last(), static_cast<int>(at - axis_.reached.begin()));
   }
 
-  Trial worst_stretch(Segments segments, double too_bad) const {
-    Trial trial;
-    for (int i = 0; i <= last() && !segments.empty() && trial.error <= too_bad; ++i) {
-      const double error = stretch_before(i, segments);
-      if (error > trial.error) trial = {error, i};
+  template <class Visit>
+  void for_stretches(Segments segments, const Visit& visit) const {
+    for (int i = 0; i <= last(); ++i) {
+      if (!visit(i, stretch_before(i, segments))) return;
     }
-    return trial;
   }
 
-  // By how much, at worst, the skin is stretched between a place and the one before, as a part of its length.
+  // By how much, at worst, the skin is stretched between a place and the one before, as a part of its length;
+  // and what shares in whole 255ths add to that.
   double stretch_before(int at, Segments segments) const {
     static constexpr std::array<double, 5> on_first{0, 0.125, 0.25, 0.5, 1};
     static constexpr std::array<double, 3> later{0, 0.5, 1};
+    constexpr double for_rounded = most_stretch / 0.018;
     const std::span<const double> parts = at == 0 ? std::span<const double>(on_first) : later;
     const Vec3 from = at == 0 ? axis_.foot : places_.rest[index_of(axis_.places[index_of(at - 1)])];
     const Vec3 way = places_.rest[index_of(axis_.places[index_of(at)])] - from;
@@ -286,13 +308,35 @@ class AxisFitter {
     for (std::size_t t = 0; t < poses_.instants; t += every) {
       Vec3 last = Vec3::Zero();
       for (std::size_t i = 0; i < parts.size(); ++i) {
-        const BlendedFrame frame = blended(mixes[i], t);
-        const Vec3 here = frame.shift + frame.turn * (from + parts[i] * way);
-        if (i > 0) most = std::max(most, (here - last).norm() / ((parts[i] - parts[i - 1]) * way.norm()) - 1);
-        last = here;
+        const Moved here = moved(mixes[i], from + parts[i] * way, t);
+        const Vec3 edge = here.to - last;
+        last = here.to;
+        if (i == 0) continue;
+        const double rest = (parts[i] - parts[i - 1]) * way.norm();
+        const double rounded = std::max((edge + here.step).norm(), (edge - here.step).norm());
+        most = std::max({most, edge.norm() / rest - 1, for_rounded * (rounded / rest - 1)});
       }
     }
     return most;
+  }
+
+  // Where a mix takes a point at rest, and how much farther where a share is larger by its smallest step.
+  struct Moved {
+    Vec3 to = Vec3::Zero(), step = Vec3::Zero();
+  };
+  static Moved moved(const Mix& mix, const Vec3& rest, std::size_t t) {
+    Moved sum;
+    Vec3 by_first = Vec3::Zero();
+    for (const Term& term : mix.all()) {
+      const JointFrame& frame = frame_of(term.segment, t);
+      const Vec3 joint = term.segment == nullptr ? Vec3::Zero() : term.segment->rest;
+      const Vec3 there = frame.position + frame.turn * (rest - joint);
+      if (&term == mix.terms.data()) by_first = there;
+      sum.to += term.weight * there;
+      const Vec3 step = (there - by_first) / 255;
+      if (step.squaredNorm() > sum.step.squaredNorm()) sum.step = step;
+    }
+    return sum;
   }
 
   // The place nearest to the middle between two, itself neither; -1 where there is none.
@@ -306,14 +350,12 @@ class AxisFitter {
   }
 
   // Splits where that helps most: at the worst place, or in the middle of its segment or of a neighbour.
-  template <class ErrorOf>
-  Trial with_one_more(std::vector<int>& knots, const Trial& before, const ErrorOf& error_of) {
+  template <class ForErrors>
+  Trial with_one_more(std::vector<int>& knots, const Trial& before, const ForErrors& for_errors) {
     const auto i = static_cast<int>(std::lower_bound(knots.begin(), knots.end(), before.at) - knots.begin());
-    const auto from = [&](int k) { return k == 0 ? -1 : knots[index_of(k - 1)]; };
     std::vector<int> candidates{std::max(before.at, axis_.free)};
     for (const int k : {i, i - 1, i + 1}) {
-      if (k >= 0 && k < static_cast<int>(knots.size()))
-        candidates.push_back(middle(from(k), knots[index_of(k)]));
+      if (k >= 0 && k < static_cast<int>(knots.size())) candidates.push_back(middle_of(knots, k));
     }
     Trial best{.error = -1};
     std::vector<int> chosen;
@@ -321,7 +363,7 @@ class AxisFitter {
       if (candidate < 0 || std::binary_search(knots.begin(), knots.end(), candidate)) return;
       std::vector<int> more = knots;
       more.insert(std::lower_bound(more.begin(), more.end(), candidate), candidate);
-      const Trial trial = error_of(segments_of(more), best.error < 0 ? any_error : best.error);
+      const Trial trial = worst_of(for_errors, segments_of(more), best.error < 0 ? any_error : best.error);
       if (best.error >= 0 && trial.error >= best.error) return;
       best = trial;
       chosen = more;
@@ -331,6 +373,37 @@ class AxisFitter {
     for (int k = axis_.free; best.error < 0 && k <= last(); ++k) consider(k);
     knots = chosen;
     return best;
+  }
+
+  // The place nearest to the middle of a segment, neither of its ends; -1 where there is none.
+  int middle_of(const std::vector<int>& knots, int segment) const {
+    return middle(segment == 0 ? -1 : knots[index_of(segment - 1)], knots[index_of(segment)]);
+  }
+
+  // Where no knot helps alone, as on an axis that winds, or where a place that nothing helps hides the
+  // others: halves all segments that have too large an error, again and again, as long as there are any.
+  template <class ForErrors>
+  std::vector<int> halved(std::vector<int> knots, double most, const ForErrors& for_errors) {
+    std::vector<int> best = knots;
+    double least = any_error;
+    for (std::vector<int> more;; knots = more) {
+      more = knots;
+      double excess = 0;
+      for_errors(segments_of(knots), [&](int at, double error) {
+        if (error <= most) return true;
+        excess += error - most;
+        const auto i = std::lower_bound(knots.begin(), knots.end(), at) - knots.begin();
+        const int between = middle_of(knots, static_cast<int>(i));
+        const auto place = std::lower_bound(more.begin(), more.end(), between);
+        if (between >= 0 && (place == more.end() || *place != between)) more.insert(place, between);
+        return true;
+      });
+      if (excess < 0.95 * least) {
+        least = excess;
+        best = knots;
+      }
+      if (more.size() == knots.size()) return best;
+    }
   }
 
   // Knots that later ones made idle.
