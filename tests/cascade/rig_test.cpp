@@ -324,7 +324,7 @@ TEST(EncodeGlb, OnBonesIsTheSameInFloatsAndPacked) {
 // For the page, and for nobody else.
 TEST(EncodeGlb, OnBonesTellsShapesInStepsOfTheirOwnWhereAsked) {
   Plant plant("sapling", 8);
-  const ClipSource clip{"wind loop", &plant.motion, 8};
+  const ClipSource clip{"wind loop", &plant.motions[0], 8};
   plant.rig = fit_rig(plant.subject.structure, plant.surface, {&clip, 1},
                       {.tolerance = of_height * plant.height, .shapes_of = 0});
   const auto extras = [&](bool shapes) {
@@ -337,7 +337,7 @@ TEST(EncodeGlb, OnBonesTellsShapesInStepsOfTheirOwnWhereAsked) {
   const nlohmann::json& shapes = told["shapes"];
   EXPECT_EQ(shapes["kinds"][0], "lean");
   EXPECT_EQ(shapes["kinds"][1], "mode");
-  EXPECT_EQ(shapes["frequencies_hz"][1], plant.motion.basis.frequency[1]);
+  EXPECT_EQ(shapes["frequencies_hz"][1], plant.motions[0].basis.frequency[1]);
   const std::vector<double> weights = glb.numbers(shapes["weights"]),
                             turns = glb.numbers(shapes["turns"]["accessor"]);
   const std::size_t count = shapes["kinds"].size(), joints = plant.rig.joints.size();
@@ -353,7 +353,7 @@ TEST(EncodeGlb, OnBonesTellsShapesInStepsOfTheirOwnWhereAsked) {
       const double* stored = &turns[3 * (joints * c + j)];
       const Vec3 z_up = step * Vec3(stored[0], -stored[2], stored[1]);
       const Vec3 wanted =
-          plant.motion.coordinates.col(column).cwiseAbs().maxCoeff() *
+          plant.motions[0].coordinates.col(column).cwiseAbs().maxCoeff() *
           plant.rig.shapes.turn.col(column).segment<3>(static_cast<Eigen::Index>(3 * j)).cast<double>();
       EXPECT_LT((z_up - wanted).lpNorm<Eigen::Infinity>(), 0.51 * step + 1e-9);
     }
