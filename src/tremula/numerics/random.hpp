@@ -18,6 +18,7 @@ enum class RandomStream : std::uint32_t {
   leaves = 5,
   lanczos_start = 6,
   modal_loads = 7,
+  waves = 8,
   test = 1000,
 };
 
