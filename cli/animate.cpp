@@ -27,6 +27,11 @@ double height_of(const Structure& structure) {
   return highest - ground_height(structure);
 }
 
+double height_of(const Skeleton& skeleton) {
+  const Extent box = extent(skeleton);
+  return box.high.z() - box.low.z();
+}
+
 // Where engines stop.
 std::vector<std::string> warnings_of(const Rig& rig, const RigOptions& options, bool for_engines) {
   constexpr std::size_t many = 256;
@@ -195,6 +200,24 @@ StamWind AnimateCommand::stam_wind() const {
   return stam;
 }
 
+std::optional<Waves> AnimateCommand::chosen_waves() const {
+  if (waves.empty()) return {};
+  Waves sea{.water_depth = 0, .heading = wind_flags.heading, .seed = wind_flags.seed};
+  const char *begin = waves.data(), *end = begin + waves.size();
+  const auto height = std::from_chars(begin, end, sea.significant_height);
+  const bool parts = height.ec == std::errc{} && height.ptr != end && *height.ptr == ':';
+  const auto last = parts ? std::from_chars(height.ptr + 1, end, sea.peak_period) : height;
+  if (!parts || last.ec != std::errc{} || last.ptr != end) {
+    throw InputError("--waves", "'" + waves + "'",
+                     "a significant height [m] and a peak period [s], such as 0.5:4");
+  }
+  if (water_depth) {
+    sea.water_depth = *water_depth;
+    check_waves(sea);
+  }
+  return sea;
+}
+
 Weather AnimateCommand::weather(const Wind& blowing) const {
   Weather weather;
   weather.wind = blowing;
@@ -305,12 +328,13 @@ Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, cons
 // All but the first.
 std::vector<Motion> AnimateCommand::move_in_others(const Subject& subject, const Weather& first,
                                                    const std::vector<NamedWind>& clips,
-                                                   const Progress& progress, StageLog& log,
-                                                   WarningLog& warnings) const {
+                                                   const std::optional<Waves>& sea, const Progress& progress,
+                                                   StageLog& log, WarningLog& warnings) const {
   std::vector<Motion> motions;
   for (std::size_t i = 1; i < clips.size(); ++i) {
     Weather conditions = first;
     conditions.wind = wind_of(clips[i]).wind;
+    if (sea) conditions.wind = add_waves(conditions.wind, *sea);
     conditions.most_strained = 0;
     Subject again = subject;
     Motion motion = move_in_wind(again, conditions, false, progress, log, warnings).motion;
@@ -385,6 +409,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const std::vector<NamedWind> clips = parse_clips(clip_texts);
   const ChosenWind blowing = clips.empty() ? chosen_wind() : wind_of(clips[0]);
   Weather conditions = weather(blowing.wind);
+  std::optional<Waves> sea = chosen_waves();
   const std::vector<int> poses = picked_frames(conditions.loop.sample_count);
   LoopWriteOptions write_options{
       .frames = poses, .morphs = morph_forms.at(morphs), .compression = compressions.at(compression)};
@@ -395,6 +420,10 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
   const Plant plant = read_plant(log);
   write_options.on_bones = on_bones(flags, plant);
+  if (sea) {
+    if (!water_depth) sea->water_depth = 1.25 * height_of(plant.imported.skeleton);
+    conditions.wind = add_waves(conditions.wind, *sea);
+  }
   conditions.gauges = placed_gauges(plant);
   if (!report.empty() && !plant.frame) conditions.most_strained = 10;
   const int modes = modes_of(plant, warnings);
@@ -413,7 +442,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   // Bent poses superpose nothing; morph targets do, whatever the poses.
   const bool has_skin = writes("glb") || writes("html");
   const bool superposed = plant.frame || loads.pose == "linear" || (has_skin && !write_options.on_bones);
-  std::vector<Motion> other_clips = move_in_others(subject, conditions, clips, progress, log, warnings);
+  std::vector<Motion> other_clips = move_in_others(subject, conditions, clips, sea, progress, log, warnings);
   Moved moved = move_in_wind(subject, conditions, superposed, progress, log, warnings);
   std::vector<GaugeSeries> series;
   for (const GaugeReading& reading : moved.motion.readings)
@@ -440,10 +469,19 @@ void AnimateCommand::run(const CLI::App& flags) const {
   loop.rig = rig;
   const WrittenModel written = encode_outputs(loop, series, writers, write_options, model_error, log, files);
   if (!report.empty()) {
-    const Done done{plant,      options.structure, blowing.described,
-                    conditions, subject,           loop,
-                    series,     most_stressed,     moved.statistics,
-                    damping,    warnings.lines,    writes("glb") ? std::optional(written) : std::nullopt};
+    const Done done{plant,
+                    options.structure,
+                    blowing.described,
+                    sea,
+                    conditions,
+                    subject,
+                    loop,
+                    series,
+                    most_stressed,
+                    moved.statistics,
+                    damping,
+                    warnings.lines,
+                    writes("glb") ? std::optional(written) : std::nullopt};
     files.add(report, text_of(report_of(done, log)));
   }
   files.commit();

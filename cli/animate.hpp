@@ -8,6 +8,7 @@
 #include "tremula/dynamics/motion_statistics.hpp"
 #include "tremula/io/loop_writers.hpp"
 #include "tremula/pipeline.hpp"
+#include "tremula/wind/waves.hpp"
 
 #include <map>
 #include <memory>
@@ -54,6 +55,7 @@ struct Done {
   const Plant& plant;
   const StructureOptions& structure;
   const Json& wind_settings;
+  const std::optional<Waves>& sea;
   const Weather& conditions;
   const Subject& subject;
   const Loop& loop;
@@ -76,6 +78,8 @@ struct AnimateCommand {
   bool mean_only = false;
   WindFlags wind_flags;
   std::string wind = "turbulent", transfer = "bin-averaged";
+  std::string waves;                                           // significant height and peak period
+  std::optional<double> water_depth;                           // [m]
   std::optional<double> correlation_time, correlation_length;  // of StamWind
   double period = 20, frames_per_second = 30, damping_ratio = 0.05;
   std::optional<double> mass_damping, stiffness_damping, decay_time;
@@ -99,6 +103,7 @@ struct AnimateCommand {
   ChosenWind chosen_wind() const;
   ChosenWind wind_of(const NamedWind& clip) const;
   StamWind stam_wind() const;
+  std::optional<Waves> chosen_waves() const;
   Weather weather(const Wind& blowing) const;
   std::vector<int> picked_frames(int sample_count) const;
   std::vector<const LoopWriter*> output_writers() const;
@@ -111,8 +116,8 @@ struct AnimateCommand {
   LoopFacts loop_facts(const Plant& plant, const ReferenceWind& reference) const;
   std::vector<Gauge> placed_gauges(const Plant& plant) const;
   std::vector<Motion> move_in_others(const Subject& subject, const Weather& first,
-                                     const std::vector<NamedWind>& clips, const Progress& progress,
-                                     StageLog& log, WarningLog& warnings) const;
+                                     const std::vector<NamedWind>& clips, const std::optional<Waves>& sea,
+                                     const Progress& progress, StageLog& log, WarningLog& warnings) const;
   bool on_bones(const CLI::App& flags, const Plant& plant) const;
   RigOptions rig_options(const Subject& subject) const;
   std::shared_ptr<const Rig> fit_bones(const Subject& subject, const Surface& surface,

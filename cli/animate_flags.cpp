@@ -77,6 +77,12 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        with_wind,
        "--wind stam or stam-printed, whose filter it sets",
        {"--correlation-time", "--correlation-length"}},
+      {structure.medium != "water", "given with --medium air", "--medium water", {"--waves"}},
+      {waves.empty(), "given without --waves", "--waves HEIGHT:PERIOD", {"--water-depth"}},
+      {loads.model == "paper",
+       "given with --loads paper, which knows no statistics of the flow",
+       "--loads stochastic",
+       {"--waves"}},
       {mass_damping.has_value(),
        "given with --mass-damping",
        "one of them",
@@ -186,6 +192,14 @@ void add_animate(CLI::App& app) {
       ->group(wind);
   sub.add_option("--correlation-length", command->correlation_length, "d_c of Stam's filter [m]")
       ->default_str("4")
+      ->group(wind);
+
+  sub.add_option("--waves", command->waves,
+                 "Waves over the plant, in --medium water: significant height [m] and peak period [s], as in "
+                 "0.5:4. They run where the current goes")
+      ->group(wind);
+  sub.add_option("--water-depth", command->water_depth,
+                 "Of the water under --waves [m]; otherwise a quarter more than the height of the plant")
       ->group(wind);
 
   const char* motion = "Motion";

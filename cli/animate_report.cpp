@@ -112,6 +112,11 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
   const Eigen::VectorXd& frequency = done.subject.modes.frequency;
   Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
   settings.update(cli::describe(loads));
+  if (done.sea) {
+    settings["waves"] = {{"significant_height_m", done.sea->significant_height},
+                         {"peak_period_s", done.sea->peak_period},
+                         {"water_depth_m", done.sea->water_depth}};
+  }
   settings.update(Json(
       {{"damping_ratio", is_damped_by_ratio() ? Json(damping_ratio) : Json()},
        {"mode_damping", mode_damping.empty() ? Json() : Json(mode_damping)},

@@ -55,7 +55,10 @@ void LoadFlags::add_to(CLI::App& command, const char* group) {
 }
 
 void LoadFlags::set(const StructureFlags& structure, Weather& weather) const {
-  if (structure.medium == "water") weather.loads.fluid_density = water_density;
+  if (structure.medium == "water") {
+    weather.loads.fluid_density = water_density;
+    weather.loads.inertia_coefficient = 2;
+  }
   weather.loads.model = models.at(model);
   weather.drag = drag == "quadratic" ? Drag::quadratic : Drag::linear;
   weather.loads.leaf_drag_coefficient = leaf_drag_coefficient;

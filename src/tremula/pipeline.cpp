@@ -137,14 +137,17 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   const BinTransfer transfer(system, weather.loop, wind.has_draws ? weather.transfer : Transfer::sampled,
                              wind.power);
   const auto response_done = [&](double done) { tell(progress, "response", done); };
-  Eigen::MatrixXcd spectra;  // m sqrt(kg)
+  Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
+  const Eigen::MatrixXd inertia = modal_inertia(lean.sites, lean.loads, moving);        // sqrt(kg)
+  Eigen::MatrixXcd spectra;                                                             // m sqrt(kg)
   if (weather.drag == Drag::quadratic) {
     spectra = respond(transfer, weather.loop,
                       drag_in_time(lean.sites, lean.loads, weather.loads, moving, transfer, weather.loop,
                                    wind, response_done));
+    participation.setZero();  // what is left to add is linear in the wind
+    if (inertia.size() > 0) spectra += respond(transfer, participation, weather.loop, wind, {}, inertia);
   } else {
-    const Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
-    spectra = respond(transfer, participation, weather.loop, wind, response_done);
+    spectra = respond(transfer, participation, weather.loop, wind, response_done, inertia);
   }
   Motion motion = make_motion(std::move(basis), weather.loop, spectra);
   motion.lean_strains = lean.strains;

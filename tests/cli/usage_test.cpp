@@ -94,6 +94,17 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
                  {"--damping-ratio: given with --mass-damping"});
   expect_refused(animate + "--damping-ratio 0.1 --stiffness-damping 1",
                  {"--damping-ratio: given with --stiffness-damping"});
+  expect_refused(animate + "--waves 0.5:4", {"--waves: given with --medium air, wanted --medium water"});
+  expect_refused("animate sapling -o a.csv --medium water --water-depth 3",
+                 {"--water-depth: given without --waves"});
+  for (const std::string text : {"0.5", "0.5:", ":4", "0.5:4x", "a:4"}) {
+    expect_refused("animate sapling -o a.csv --medium water --waves " + text,
+                   {"--waves: '" + text + "', wanted a significant height [m] and a peak period [s]"});
+  }
+  expect_refused("animate sapling -o a.csv --medium water --waves 3:5 --water-depth 2",
+                 {"significant height of the waves: 3", "break in 2 m of water"});
+  expect_refused("animate sapling -o a.csv --medium water --waves 0.2:25",
+                 {"peak period of the waves: 25 s, wanted less than the period of the loop, 20 s"});
   expect_refused(animate + "--decay-time 1 --damping-ratio 0.1",
                  {"--damping-ratio: given with --decay-time"});
   expect_refused(animate + "--decay-time 1 --mode-damping 0.1", {"--mode-damping: given with --decay-time"});

@@ -40,7 +40,30 @@ SiteLoad load_on_cylinder(const Site& site, const GustStatistics& wind, const Lo
   SiteLoad load = scaled(average_drag_across(site.axis, wind),
                          0.5 * options.fluid_density * site.area * options.branch_drag_coefficient);
   load.turning = turning_of_cylinder(load, site.axis, wind.mean);
+  if (options.inertia_coefficient > 0) {
+    const Mat3 across = Mat3::Identity() - site.axis * site.axis.transpose();
+    load.per_acceleration = options.fluid_density * options.inertia_coefficient * site.volume * across;
+  }
   return load;
+}
+
+// What shapes make of the forces that the fluid has on all sites, by what each site's is proportional to.
+template <class PerFluid>
+Eigen::MatrixXd sum_at_points(const Sites& sites, const Loads& loads,
+                              Eigen::Ref<const Eigen::MatrixXd> shapes, const PerFluid& per_fluid) {
+  check_loads(sites, loads);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(3 * sites.point_count(), shapes.cols());
+  const std::vector<SiteBlock> blocks = cut_between_points(sites);
+  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    const auto [first, last] = blocks[block];
+    const Eigen::MatrixXd motion = sites.motion(first, last, shapes);
+    for (std::size_t s = first; s < last; ++s) {
+      sum.middleRows<3>(3 * sites.sites[s].point).noalias() +=
+          per_fluid(loads.sites[s]).transpose() *
+          motion.middleRows<3>(3 * static_cast<Eigen::Index>(s - first));
+    }
+  });
+  return sum;
 }
 
 SiteLoad printed_load_on(const Site& site, const LoadOptions& options) {
@@ -59,6 +82,7 @@ void check_loads(const LoadOptions& options) {
   check("branch drag coefficient", options.branch_drag_coefficient);
   check("leaf drag coefficient", options.leaf_drag_coefficient);
   check("leaf lift coefficient", options.leaf_lift_coefficient);
+  check("inertia coefficient", options.inertia_coefficient);
   check_foliage(options.foliage);
 }
 
@@ -83,6 +107,7 @@ Loads find_loads(const Sites& sites, const std::vector<GustStatistics>& wind, co
   const auto count = static_cast<std::ptrdiff_t>(sites.sites.size());
   if (share.size() > 0) check_equal("shares of the wind", share.size(), count);
   Loads loads{.sites = std::vector<SiteLoad>(sites.sites.size()),
+              .pull = law.options.inertia_coefficient > 0 && law.options.model != LoadModel::paper,
               .damp = law.options.model != LoadModel::paper};
   tbb::parallel_for(std::ptrdiff_t{0}, count, [&](std::ptrdiff_t s) {
     const Site& site = sites.sites[index_of(s)];
@@ -140,20 +165,14 @@ Eigen::VectorXd fluctuating_force(const Sites& sites, const Loads& loads, const 
 
 Eigen::MatrixXd modal_participation(const Sites& sites, const Loads& loads,
                                     Eigen::Ref<const Eigen::MatrixXd> shapes) {
-  check_loads(sites, loads);
-  Eigen::MatrixXd participation = Eigen::MatrixXd::Zero(3 * sites.point_count(), shapes.cols());
-  const std::vector<SiteBlock> blocks = cut_between_points(sites);
-  tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
-    const auto [first, last] = blocks[block];
-    const Eigen::MatrixXd motion = sites.motion(first, last, shapes);
-    for (std::size_t s = first; s < last; ++s) {
-      const SiteLoad& load = loads.sites[s];
-      participation.middleRows<3>(3 * sites.sites[s].point).noalias() +=
-          load.gust_share * load.per_velocity.transpose() *
-          motion.middleRows<3>(3 * static_cast<Eigen::Index>(s - first));
-    }
-  });
-  return participation;
+  return sum_at_points(sites, loads, shapes,
+                       [](const SiteLoad& load) -> Mat3 { return load.gust_share * load.per_velocity; });
+}
+
+Eigen::MatrixXd modal_inertia(const Sites& sites, const Loads& loads,
+                              Eigen::Ref<const Eigen::MatrixXd> shapes) {
+  if (!loads.pull) return {};
+  return sum_at_points(sites, loads, shapes, [](const SiteLoad& load) { return load.per_acceleration; });
 }
 
 }  // namespace tremula

@@ -28,20 +28,27 @@ struct LoadOptions {
   // Of a flat blade: a force C_L |u| (u . n) n along its normal n, whose part across the wind is lift. Blades
   // of foliage that folds and flutters have none on the average.
   double leaf_lift_coefficient = 0;
+  // C_M of the force rho C_M V dv/dt across a cylinder of volume V in a fluid that speeds up (Morison's
+  // second term). 2 is the potential flow's, 1 for the pressure and 1 for the added mass; in air it is
+  // nothing.
+  double inertia_coefficient = 0;
 };
 
 // Throws InputError for densities or coefficients below 0, and as check_foliage does.
 void check_loads(const LoadOptions& options);
 
-// With the gust v at the site's point, the force on it is mean + gust_share * per_velocity * v [N].
+// With the gust v at the site's point, the force on it is mean + gust_share * per_velocity * v +
+// per_acceleration * dv/dt [N].
 struct SiteLoad {
-  Mat3 per_velocity = Mat3::Zero();  // of the wind at the site, or against it of the site itself [N s/m]
-  Vec3 mean = Vec3::Zero();          // [N]
-  Mat3 turning = Mat3::Zero();       // how the mean grows when the site turns [N/rad]
-  double gust_share = 1;             // what shelter leaves of a gust (shelter.hpp)
+  Mat3 per_velocity = Mat3::Zero();      // of the wind at the site, or against it of the site itself [N s/m]
+  Vec3 mean = Vec3::Zero();              // [N]
+  Mat3 turning = Mat3::Zero();           // how the mean grows when the site turns [N/rad]
+  Mat3 per_acceleration = Mat3::Zero();  // of the fluid [kg]
+  double gust_share = 1;                 // what shelter leaves of a gust (shelter.hpp)
 };
 struct Loads {
   std::vector<SiteLoad> sites;  // (S)
+  bool pull = false;            // whether any has a per_acceleration
   bool damp = true;             // what moves meets the wind, too; LoadModel::paper knows nothing of it
 };
 
@@ -79,5 +86,8 @@ Eigen::VectorXd fluctuating_force(const Sites& sites, const Loads& loads, const 
 // frequency. shapes (rows x c).
 Eigen::MatrixXd modal_participation(const Sites& sites, const Loads& loads,
                                     Eigen::Ref<const Eigen::MatrixXd> shapes);
+// The same of dv/dt; empty where there is none.
+Eigen::MatrixXd modal_inertia(const Sites& sites, const Loads& loads,
+                              Eigen::Ref<const Eigen::MatrixXd> shapes);
 
 }  // namespace tremula

@@ -14,12 +14,17 @@ namespace tremula {
 
 Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& participation,
                          const TimeAxis& axis, const PointWind& wind,
-                         const std::function<void(double done)>& progress) {
+                         const std::function<void(double done)>& progress, const Eigen::MatrixXd& inertia) {
   // The participation of a large plant is read from memory for every product: once for a few bins, then.
   // Every group of bins is worked out by one thread in one order, so the threads do not show in the result.
   constexpr int bins_together = 4;
   check_equal("columns of the participation", participation.cols(), transfer.coordinate_count());
   check_equal("points of the wind, three numbers each", 3 * wind.mean.cols(), participation.rows());
+  const bool pulls = inertia.size() > 0;
+  if (pulls) {
+    check_equal("rows of the inertia", inertia.rows(), participation.rows());
+    check_equal("columns of the inertia", inertia.cols(), participation.cols());
+  }
   // Sampled as the papers have it, a loop has no mean but the lean.
   const bool slow_gusts = wind.has_slow_gusts && !(transfer.kind() == Transfer::sampled && wind.power);
   const int first = slow_gusts ? 0 : 1, count = axis.bin_count() - first;
@@ -43,6 +48,8 @@ Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& par
       }
     }
     const Eigen::MatrixXd parts = participation.transpose() * gusts;
+    Eigen::MatrixXd pulled;
+    if (pulls) pulled.noalias() = inertia.transpose() * gusts;
     column = 0;
     for (int bin = begin; bin < end; ++bin) {
       const BinTransfer::Weights& of_bin = weights[static_cast<std::size_t>(bin - begin)];
@@ -50,6 +57,10 @@ Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& par
       for (Eigen::Index draw = 0; draw < of_bin.draws(); ++draw, column += 2) {
         forces.col(draw).real() = parts.col(column);
         forces.col(draw).imag() = parts.col(column + 1);
+        if (!pulls) continue;
+        const double omega = axis.omega(bin);
+        forces.col(draw).real() -= omega * pulled.col(column + 1);
+        forces.col(draw).imag() += omega * pulled.col(column);
       }
       coordinates.row(bin) = transfer.respond(bin, of_bin, forces).transpose();
       if (progress) progress(static_cast<double>(++bins_done) / count);

@@ -17,9 +17,11 @@ namespace tremula {
 // participation (3P x (m + k)). A wind without draws wants Transfer::sampled; without slow gusts
 // bin 0 stays zero. Gives the coefficients of the coordinates, (M/2+1 x (m + k)): samples_from_half_spectra
 // makes the loop of them.
+// inertia (3P x (m + k)): of dv/dt likewise, which in a bin is i omega v; empty: none.
 Eigen::MatrixXcd respond(const BinTransfer& transfer, const Eigen::MatrixXd& participation,
                          const TimeAxis& axis, const PointWind& wind,
-                         const std::function<void(double done)>& progress = {});
+                         const std::function<void(double done)>& progress = {},
+                         const Eigen::MatrixXd& inertia = {});
 
 // The same from coefficients of the forces on the coordinates, (M/2+1 x (m + k)) for every draw: those of
 // drag_in_time, whose mean over the loop is in bin 0. Throws InputError for too few draws or other sizes.

@@ -4,6 +4,7 @@
 #include "tremula/numerics/quadrature.hpp"
 
 #include <algorithm>
+#include <numbers>
 #include <utility>
 
 namespace tremula {
@@ -103,7 +104,8 @@ Sites find_sites(std::span<const Member> members, std::shared_ptr<const void> ow
           2 * (beam.start_radius + point.position * (beam.end_radius - beam.start_radius));
       const double length = beam.length * point.weight;
       result.sites.push_back({index, SiteKind::cylinder, member.direction, diameter * length, point.position,
-                              (beam.start_radius + beam.end_radius) * length});
+                              (beam.start_radius + beam.end_radius) * length,
+                              std::numbers::pi / 4 * diameter * diameter * length});
       beams->holds.push_back({index, point.position});
     }
     if (blades_of.empty()) continue;

@@ -25,6 +25,7 @@ struct Site {
   double area = 0;            // diameter times length, or one side of the blade [m^2]
   double place = 0;           // along its member, 0 start … 1 end
   double mean_area = 0;       // the same with the mean diameter of the cylinder, as S eq. 3 has one a branch
+  double volume = 0;          // of the cylinder; of a blade 0 [m^3]
 };
 
 // One wind a point, as S eq. 4 has one a branch, and several sites that feel it.
