@@ -109,7 +109,7 @@ Mat3 between(const Mat3& low, const Mat3& high, double part) {
 constexpr double any_error = std::numeric_limits<double>::infinity();
 
 // What the skin may be stretched by blending, 2 % with what bends rightly do to it.
-constexpr double most_stretch = 0.012;
+constexpr double most_stretch = 0.0115;
 
 // How far a place that carries joints may turn from where it should be (rad): blending from there to another
 // turn stretches the skin by a quarter of the square of the difference.
