@@ -5,7 +5,7 @@ set(base_headers error memory types)
 set(numerics_headers lanczos pairwise_filter time_axis)
 set(geometry_headers expression grow lsystem plants skeleton surface)
 set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame load_margin material member plausibility
-    prestress sag sites structure)
+    plate_element prestress sag sheet sites structure)
 set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     turbulent_wind_at_points)
