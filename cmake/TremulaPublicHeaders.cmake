@@ -11,7 +11,7 @@ set(wind_headers coherence field field_statistics gust_statistics iec point_wind
     turbulent_wind_at_points)
 set(dynamics_headers basis damping drag_in_time flutter foliage gauge gauge_reading gust_average lean loads motion motion_statistics response shelter
     static_correction transfer)
-set(deformation_headers bent_pose fit_rig loop morph_targets pose rig)
+set(deformation_headers bent_pose fit_rig loop morph_targets pose principal_shapes rig sheet_pose)
 set(render_headers camera image render)
 set(io_headers atomic_file contact_sheet frame_file gauge_table gltf html loop_writers mesh_compression modes_plot pose_table
     profile_table skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot
