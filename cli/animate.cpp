@@ -1,13 +1,10 @@
-// tremula animate: a plant in the wind, as a loop in whatever form the outputs' extensions ask for.
+// tremula animate: a plant in the wind, as a loop in whatever form the outputs' extensions ask for. Read
+// run(), the last.
 
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
-#include "tremula/deformation/fit_rig.hpp"
-#include "tremula/dynamics/gauge.hpp"
-#include "tremula/dynamics/motion_statistics.hpp"
 #include "tremula/io/gauge_table.hpp"
 #include "tremula/io/html.hpp"
-#include "tremula/io/loop_writers.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/structure/plausibility.hpp"
 
@@ -15,121 +12,135 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <numeric>
 
-#include "clips.hpp"
-#include "commands.hpp"
-#include "common.hpp"
-#include "load_flags.hpp"
-#include "usage.hpp"
-#include "wind_flags.hpp"
+#include "animate.hpp"
 
 namespace tremula::cli {
 namespace {
 
-constexpr const char* wind_group = "Wind";
-const std::map<std::string, MorphForm> morph_forms{
-    {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
-const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
-                                                          {"quantised", MeshCompression::quantised},
-                                                          {"meshopt", MeshCompression::meshopt}};
+// The height above the ground of what stands highest [m].
+double height_of(const Structure& structure) {
+  double highest = -std::numeric_limits<double>::infinity();
+  for (const Node& node : structure.nodes) highest = std::max(highest, node.position.z());
+  return highest - ground_height(structure);
+}
 
-// What blows, and how it is described in the report.
-struct ChosenWind {
-  Wind wind;
-  Json described;
-};
-
-// Said at once, and kept for the report.
-struct WarningLog {
-  std::vector<std::string> lines;
-
-  void add(const std::vector<std::string>& more) {
-    for (const std::string& line : more) {
-      if (std::ranges::find(lines, line) != lines.end()) continue;  // of another clip
-      print_warnings(std::vector<std::string>{line});
-      lines.push_back(line);
-    }
+// Where engines stop.
+std::vector<std::string> warnings_of(const Rig& rig, const RigOptions& options, bool for_engines) {
+  constexpr std::size_t many = 256;
+  std::vector<std::string> warnings;
+  const std::string count = std::to_string(rig.joints.size());
+  if (for_engines && rig.joints.size() > many) {
+    warnings.push_back("the .glb has " + count +
+                       " joints, and Filament and Bevy take 256 a skin: fewer with --max-joints or a larger "
+                       "--tolerance");
   }
-};
+  if (rig.largest_error > options.tolerance) {
+    warnings.push_back("with " + count + " joints the skin is up to " + printed("%.3g", rig.largest_error) +
+                       " m off the poses, and --tolerance wants " + printed("%.3g", options.tolerance) +
+                       " m");
+  }
+  return warnings;
+}
 
-// A .glb as it was written.
-struct WrittenModel {
-  std::string form;
-  std::size_t joints = 0, clips = 0, keys = 0;
-  double largest_error = 0;  // [m]
-  std::size_t bytes = 0;
-};
+constexpr double gigabyte = 1e9;
 
-// What a run works with and makes, for the report.
-struct Done {
-  const Plant& plant;
-  const StructureOptions& structure;
-  const Json& wind_settings;
-  const Weather& conditions;
-  const Subject& subject;
-  const Loop& loop;
-  const std::vector<GaugeSeries>& gauges;
-  const Json& most_stressed;
-  const MotionStatistics& statistics;
-  const std::vector<std::string>& warnings;
-  const std::optional<WrittenModel>& model;
-};
+std::string in_gigabytes(double bytes) { return printed("%.3g GB", bytes / gigabyte); }
 
-struct Moved {
-  Motion motion;
-  MotionStatistics statistics;
-};
+// What would not fit is refused before it is begun; what is large is announced.
+std::vector<std::string> check_size(const LoopSize& size, const LoopWriteOptions& options,
+                                    const std::vector<const LoopWriter*>& writers,
+                                    const std::vector<std::string>& paths) {
+  std::vector<std::string> warnings;
+  double largest = 0;
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    const double bytes = writers[i]->size(size, options);
+    largest = std::max(largest, bytes);
+    if (bytes < gigabyte) continue;
+    warnings.push_back(
+        paths[i] + " will have about " + in_gigabytes(bytes) +
+        (writers[i]->extension == "csv" ? ": fewer with --frames" : ": smaller with fewer --modes"));
+  }
+  const double loop = motion_size(size), wanted = loop + 2 * largest;
+  const auto present = static_cast<double>(available_memory());
+  if (wanted > present) {
+    throw Error("a loop of " + printed("%.0f", size.sample_count) + " frames and " +
+                printed("%.0f", size.mode_count) + " modes wants about " + in_gigabytes(wanted) +
+                " of memory and there are " + in_gigabytes(present) +
+                ": take a shorter --period, a lower --fps, fewer --modes" +
+                (size.frame_count > 1 ? " or --frames" : ""));
+  }
+  if (loop >= gigabyte) {
+    warnings.push_back("a loop of " + printed("%.0f", size.sample_count) + " frames takes about " +
+                       in_gigabytes(loop) + " of memory, and minutes");
+  }
+  return warnings;
+}
 
-struct AnimateCommand {
-  std::string input, report, format;
-  std::vector<std::string> outputs, clip_texts;
-  bool mean_only = false;
-  WindFlags wind_flags;
-  std::string wind = "turbulent", transfer = "bin-averaged";
-  std::optional<double> correlation_time, correlation_length;  // of StamWind
-  double period = 20, frames_per_second = 30, damping_ratio = 0.05;
-  std::optional<double> mass_damping, stiffness_damping;
-  LoadFlags loads;
-  bool no_aerodynamic_damping = false, no_static_correction = false;
-  int mode_count = 20;
-  std::vector<std::string> gauges;
-  std::string frames, form, morphs = "biased", compression = "quantised";
-  double tolerance = 0.005;  // of the height
-  std::optional<int> max_joints;
-  ReadFlags read;
-  StructureFlags structure;
-  ThreadsFlag threads;
+// Frames are sawn and have no bark.
+Surface skin_of(const Plant& plant) {
+  SurfaceOptions options;
+  const PlantColors& colors = plant.imported.colors;
+  options.tube.color = colors.bark.value_or(options.tube.color);
+  options.leaf.color = colors.leaf.value_or(options.leaf.color);
+  if (plant.frame) options.tube = {.name = "timber", .color = {0.62F, 0.49F, 0.34F}};
+  return mesh_surface(plant.imported.skeleton, options);
+}
 
-  bool is_stam() const { return wind == "stam" || wind == "stam-printed"; }
-  bool is_field() const { return lower_extension(wind) == ".bts"; }
-  ChosenWind chosen_wind() const;
-  ChosenWind wind_of(const NamedWind& clip) const;
-  StamWind stam_wind() const;
-  Weather weather(const Wind& blowing) const;
-  std::vector<int> picked_frames(int sample_count) const;
-  std::vector<const LoopWriter*> output_writers() const;
-  void check_flags(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
-  std::vector<Place> output_places() const;
-  Plant read_plant(StageLog& log) const;
-  int modes_of(const Plant& plant, WarningLog& warnings) const;
-  Subject bake_plant(const Plant& plant, BakeOptions options, const Progress& progress,
-                     WarningLog& warnings) const;
-  LoopFacts loop_facts(const Plant& plant, const ReferenceWind& reference) const;
-  std::vector<Gauge> placed_gauges(const Plant& plant) const;
-  std::vector<Motion> move_in_others(const Subject& subject, const Weather& first,
-                                     const std::vector<NamedWind>& clips, const Progress& progress,
-                                     StageLog& log, WarningLog& warnings) const;
-  bool on_bones(const CLI::App& flags, const Plant& plant) const;
-  RigOptions rig_options(const Subject& subject) const;
-  WrittenModel encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
-                              const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
-                              double model_error, StageLog& log, Outputs& files) const;
-  Json report_of(const Done& done, const StageLog& log) const;
-  void run(const CLI::App& flags) const;
-};
+LoopSize loop_size(const Plant& plant, const Surface& surface, int mode_count, int sample_count,
+                   std::size_t frame_count) {
+  return {.node_count = static_cast<double>(plant.imported.skeleton.node_count()),
+          .vertex_count = static_cast<double>(surface.vertex_count()),
+          .mode_count = static_cast<double>(mode_count),
+          .sample_count = static_cast<double>(sample_count),
+          .frame_count = static_cast<double>(frame_count)};
+}
+
+// Takes the shapes of the modes and leaves the rest of the subject.
+Moved move_in_wind(Subject& subject, const Weather& conditions, bool superposed, const Progress& progress,
+                   StageLog& log, WarningLog& warnings) {
+  Eigen::MatrixXd shapes = std::move(subject.modes.shapes);
+  Modes modes = subject.modes;
+  modes.shapes = std::move(shapes);
+  std::vector<std::string> of_wind;
+  Motion motion = set_in_motion(subject.structure, std::move(modes), conditions, progress, &of_wind);
+  log.finish();
+  MotionStatistics statistics = motion_statistics(subject.structure, motion);
+  warnings.add(of_wind);
+  warnings.add(advice(subject, conditions, statistics, superposed));
+  return {std::move(motion), std::move(statistics)};
+}
+
+WrittenModel model_of(const Loop& loop, const std::string& bytes, double error) {
+  WrittenModel model{
+      .form = loop.rig ? "skin" : "morph", .clips = 1, .largest_error = error, .bytes = bytes.size()};
+  if (loop.rig) {
+    model.joints = loop.rig->joints.size();
+    model.clips = loop.rig->clips.size();
+    model.keys = loop.rig->key_count();
+  } else {
+    model.keys = static_cast<std::size_t>(loop.sample_count() + 1);
+  }
+  return model;
+}
+
+std::string told(const WrittenModel& model) {
+  const std::string off = printed(", %.2g m off the poses at most", model.largest_error);
+  if (model.form != "skin") return "morph targets" + (model.largest_error > 0 ? off : "");
+  return std::to_string(model.joints) + " joints, " + std::to_string(model.keys) + " keys" + off;
+}
+
+}  // namespace
+
+void WarningLog::add(const std::vector<std::string>& more) {
+  for (const std::string& line : more) {
+    if (std::ranges::find(lines, line) != lines.end()) continue;
+    print_warnings(std::vector<std::string>{line});
+    lines.push_back(line);
+  }
+}
 
 ChosenWind AnimateCommand::chosen_wind() const {
   if (wind == "turbulent") {
@@ -255,279 +266,8 @@ std::vector<Place> AnimateCommand::output_places() const {
   return places;
 }
 
-std::vector<std::string> flags_in_group(const CLI::App& command, const char* group,
-                                        std::initializer_list<std::string_view> but) {
-  std::vector<std::string> flags;
-  for (const CLI::Option* option : command.get_options()) {
-    const std::string name = option->get_name();
-    if (option->get_group() == group && std::find(but.begin(), but.end(), name) == but.end())
-      flags.push_back(name);
-  }
-  return flags;
-}
-
-void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const {
-  const auto writes = [&](std::string_view name) {
-    return std::any_of(writers.begin(), writers.end(),
-                       [&](const LoopWriter* each) { return each->extension == name; });
-  };
-  const bool table = writes("csv"), model = writes("glb");
-  const std::string with_wind = "given with --wind " + wind;
-  const IdleFlags rules[] = {
-      {writers.empty(), "given without -o", "an output that it shapes", {"--format"}},
-      {!table, "given without a table of poses", "-o FILE.csv", {"--frames"}},
-      {!table && report.empty(),
-       "given without a table or a report",
-       "-o FILE.csv or --report FILE.json",
-       {"--gauge"}},
-      {!model,
-       "given without a .glb",
-       "-o FILE.glb",
-       {"--morphs", "--compress", "--form", "--tolerance", "--max-joints", "--clip"}},
-      {clip_texts.empty(), "given without --clip", "--clip NAME:SPEED", {"--mean-only"}},
-      {!clip_texts.empty(), "given with --clip, which has a wind speed", "one of them", {"--wind-speed"}},
-      {!clip_texts.empty(), "given with --clip, which bends bones", "one of them", {"--morphs"}},
-      {is_field(), with_wind, "--wind turbulent: a field has a speed of its own", {"--clip"}},
-      {form == "skin", "given with --form skin", "--form morph, whose targets it shapes", {"--morphs"}},
-      {form == "morph",
-       "given with --form morph",
-       "--form skin, whose joints it counts",
-       {"--max-joints", "--tolerance", "--clip"}},
-      {form.empty() && flags.count("--morphs") > 0,
-       "given with --morphs",
-       "one of them",
-       {"--max-joints", "--tolerance"}},
-      {loads.pose == "linear" || loads.model == "paper",
-       "given where displacements superpose (--pose linear, --loads paper)",
-       "--pose bent: joints only turn",
-       {"--max-joints", "--tolerance", "--clip"}},
-      {is_field(), with_wind, "--wind turbulent: a field is taken as it is",
-       flags_in_group(flags, wind_group, {"--wind", "--heading"})},
-      {is_field(), with_wind, "--wind turbulent: a field has one realisation", {"--transfer"}},
-      {is_stam(), with_wind, "--wind turbulent",
-       flags_in_group(flags, wind_group,
-                      {"--wind", "--wind-speed", "--reference-height", "--heading", "--terrain", "--profile",
-                       "--turbulence-intensity", "--friction-velocity", "--power-exponent",
-                       "--roughness-length", "--displacement", "--canopy-height", "--canopy-decay", "--seed",
-                       "--correlation-time", "--correlation-length"})},
-      {!is_stam(),
-       with_wind,
-       "--wind stam or stam-printed, whose filter it sets",
-       {"--correlation-time", "--correlation-length"}},
-      {mass_damping.has_value(),
-       "given with --mass-damping",
-       "one of them",
-       {"--damping-ratio", "--stiffness-damping"}},
-      {stiffness_damping.has_value(), "given with --stiffness-damping", "one of them", {"--damping-ratio"}},
-  };
-  refuse_idle_flags(flags, rules);
-  loads.check(flags);
-  for (std::size_t i = 0; i < writers.size() && !clip_texts.empty(); ++i) {
-    if (writers[i]->extension != "glb")
-      throw InputError("-o " + outputs[i], "given with --clip", "a .glb: no other output has clips");
-  }
-}
-
-// The height above the ground of what stands highest [m].
-double height_of(const Structure& structure) {
-  double highest = -std::numeric_limits<double>::infinity();
-  for (const Node& node : structure.nodes) highest = std::max(highest, node.position.z());
-  return highest - ground_height(structure);
-}
-
-// Bones for all that bends, unless somebody asks for targets.
-bool AnimateCommand::on_bones(const CLI::App& flags, const Plant& plant) const {
-  if (form == "morph" || flags.count("--morphs") > 0) return false;
-  if (!plant.frame && loads.pose == "bent" && loads.model != "paper") return true;
-  for (const char* flag : {"--clip", "--max-joints", "--tolerance", "--form"}) {
-    if (flags.count(flag) == 0) continue;
-    throw InputError(form == "skin" ? "--form skin" : flag,
-                     plant.frame ? "given with a frame" : "given with linear poses",
-                     "--form morph, or a tree with --pose bent");
-  }
-  return false;
-}
-
 RigOptions AnimateCommand::rig_options(const Subject& subject) const {
   return {.tolerance = tolerance * height_of(subject.structure), .max_joints = max_joints.value_or(0)};
-}
-
-// Where engines stop.
-std::vector<std::string> warnings_of(const Rig& rig, const RigOptions& options) {
-  constexpr std::size_t many = 256;
-  std::vector<std::string> warnings;
-  const std::string count = std::to_string(rig.joints.size());
-  if (rig.joints.size() > many) {
-    warnings.push_back("the .glb has " + count +
-                       " joints, and Filament and Bevy take 256 a skin: fewer with --max-joints or a larger "
-                       "--tolerance");
-  }
-  if (rig.largest_error > options.tolerance) {
-    warnings.push_back("with " + count + " joints the .glb is up to " + printed("%.3g", rig.largest_error) +
-                       " m off the poses, and --tolerance wants " + printed("%.3g", options.tolerance) +
-                       " m");
-  }
-  return warnings;
-}
-
-constexpr double gigabyte = 1e9;
-
-std::string in_gigabytes(double bytes) { return printed("%.3g GB", bytes / gigabyte); }
-
-// What would not fit is refused before it is begun; what is large is announced.
-std::vector<std::string> check_size(const LoopSize& size, const LoopWriteOptions& options,
-                                    const std::vector<const LoopWriter*>& writers,
-                                    const std::vector<std::string>& paths) {
-  std::vector<std::string> warnings;
-  double largest = 0;
-  for (std::size_t i = 0; i < writers.size(); ++i) {
-    const double bytes = writers[i]->size(size, options);
-    largest = std::max(largest, bytes);
-    if (bytes < gigabyte) continue;
-    warnings.push_back(
-        paths[i] + " will have about " + in_gigabytes(bytes) +
-        (writers[i]->extension == "csv" ? ": fewer with --frames" : ": smaller with fewer --modes"));
-  }
-  const double loop = motion_size(size), wanted = loop + 2 * largest;
-  const auto present = static_cast<double>(available_memory());
-  if (wanted > present) {
-    throw Error("a loop of " + printed("%.0f", size.sample_count) + " frames and " +
-                printed("%.0f", size.mode_count) + " modes wants about " + in_gigabytes(wanted) +
-                " of memory and there are " + in_gigabytes(present) +
-                ": take a shorter --period, a lower --fps, fewer --modes" +
-                (size.frame_count > 1 ? " or --frames" : ""));
-  }
-  if (loop >= gigabyte) {
-    warnings.push_back("a loop of " + printed("%.0f", size.sample_count) + " frames takes about " +
-                       in_gigabytes(loop) + " of memory, and minutes");
-  }
-  return warnings;
-}
-
-Json describe(const Sway& sway) {
-  return {{"largest_m", sway.displacement},
-          {"largest_rotation_rad", sway.rotation},
-          {"most_moved_branch", sway.branch},
-          {"coordinates_m_sqrt_kg", std::vector<double>(sway.coordinates.begin(), sway.coordinates.end())}};
-}
-
-Json describe(const MotionStatistics& statistics) {
-  return {{"largest_lean_m", statistics.largest_lean},
-          {"largest_lean_rotation_rad", statistics.largest_lean_rotation},
-          {"rms_about_lean", describe(statistics.about_lean)},
-          {"rms_about_loop_mean", describe(statistics.about_mean)},
-          {"largest_stretch", statistics.largest_stretch},
-          {"most_stretched_branch", statistics.most_stretched_branch}};
-}
-
-Json describe(const Extremes& of) {
-  return {{"mean", of.mean},
-          {"rms", of.rms},
-          {"peak", of.peak},
-          {"skewness", of.skewness},
-          {"peak_factor_of_600_s", of.peak_factor},
-          {"expected_peak_of_600_s", of.expected_peak}};
-}
-
-Json describe(const std::vector<GaugeSeries>& gauges) {
-  Json list = Json::array();
-  for (const GaugeSeries& series : gauges) {
-    const auto of = [&](const Eigen::VectorXd& values) {
-      return describe(extremes_of(values, series.period));
-    };
-    list.push_back({{"gauge", series.gauge},
-                    {"bending_moment_n_m", of(series.bending_moment)},
-                    {"along_n_m", of(series.along_wind)},
-                    {"across_n_m", of(series.across_wind)},
-                    {"shear_n", of(series.shear)},
-                    {"axial_n", of(series.axial)},
-                    {"torsion_n_m", of(series.torsion)},
-                    {"strain", of(series.strain)}});
-  }
-  return list;
-}
-
-// Stress at the feet of the branches that bear most, beside what they can bear.
-Json stresses(const Motion& motion, const Skeleton& skeleton, const Material& material, double heading) {
-  Json list = Json::array();
-  for (const GaugeReading& reading : motion.most_strained) {
-    const Eigen::VectorXd stress = material.youngs_modulus * gauge_series(reading, motion, heading).strain;
-    const Extremes extremes = extremes_of(stress, motion.period);
-    const double strength = material.modulus_of_rupture;
-    const Vec3& foot = skeleton.branches[index_of(reading.gauge.branch)].start;
-    list.push_back(
-        {{"branch", reading.gauge.branch},
-         {"foot_m", {foot.x(), foot.y(), foot.z()}},
-         {"radius_m", reading.radius},
-         {"stress_pa", describe(extremes)},
-         {"share_of_modulus_of_rupture", strength > 0 ? Json(extremes.expected_peak / strength) : Json()}});
-  }
-  return list;
-}
-
-Json describe(const std::optional<WrittenModel>& model) {
-  if (!model) return {};
-  return {{"form", model->form},
-          {"joints", model->joints},
-          {"clips", model->clips},
-          {"keys", model->keys},
-          {"largest_error_m", model->largest_error},
-          {"bytes", model->bytes}};
-}
-
-// Of the plant as it stands in the mean wind.
-std::vector<double> frequencies_of_modes(const Loop& loop) {
-  std::vector<double> frequencies;
-  for (std::size_t c = 0; c < loop.kind.size(); ++c) {
-    if (loop.kind[c] == ShapeKind::mode) frequencies.push_back(loop.frequency[static_cast<Eigen::Index>(c)]);
-  }
-  return frequencies;
-}
-
-Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
-  const Eigen::VectorXd& frequency = done.subject.modes.frequency;
-  Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
-  settings.update(cli::describe(loads));
-  settings.update(Json(
-      {{"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
-       {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
-       {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
-       {"aerodynamic_damping", !no_aerodynamic_damping},
-       {"transfer", transfer},
-       {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
-       {"period_s", period},
-       {"frames_per_second", frames_per_second},
-       {"samples", done.conditions.loop.sample_count},
-       {"seed", wind_flags.seed}}));
-  return {
-      {"tremula", TREMULA_VERSION},
-      {"input", input},
-      {"plant", cli::describe(done.plant)},
-      {"structure",
-       done.plant.frame ? Json() : cli::describe(done.structure, done.subject.structure.find_load_margin())},
-      {"settings", settings},
-      {"warnings", done.warnings},
-      {"mode_count", done.subject.modes.count()},
-      {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
-      {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
-      {"motion", describe(done.statistics)},
-      {"gauges", describe(done.gauges)},
-      {"most_stressed_branches", done.most_stressed},
-      {"glb", describe(done.model)},
-      {"clips", clip_texts},
-      {"outputs", outputs},
-      {"stages", log.json()},
-      {"peak_bytes", peak_bytes()}};
-}
-
-// Frames are sawn and have no bark.
-Surface skin_of(const Plant& plant) {
-  SurfaceOptions options;
-  const PlantColors& colors = plant.imported.colors;
-  options.tube.color = colors.bark.value_or(options.tube.color);
-  options.leaf.color = colors.leaf.value_or(options.leaf.color);
-  if (plant.frame) options.tube = {.name = "timber", .color = {0.62F, 0.49F, 0.34F}};
-  return mesh_surface(plant.imported.skeleton, options);
 }
 
 Plant AnimateCommand::read_plant(StageLog& log) const {
@@ -547,15 +287,6 @@ int AnimateCommand::modes_of(const Plant& plant, WarningLog& warnings) const {
   return most;
 }
 
-LoopSize loop_size(const Plant& plant, const Surface& surface, int mode_count, int sample_count,
-                   std::size_t frame_count) {
-  return {.node_count = static_cast<double>(plant.imported.skeleton.node_count()),
-          .vertex_count = static_cast<double>(surface.vertex_count()),
-          .mode_count = static_cast<double>(mode_count),
-          .sample_count = static_cast<double>(sample_count),
-          .frame_count = static_cast<double>(frame_count)};
-}
-
 Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, const Progress& progress,
                                    WarningLog& warnings) const {
   if (plant.frame) {
@@ -567,21 +298,6 @@ Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, cons
       with_likely_reason(skeleton, options.structure, [&] { return bake(skeleton, options, progress); });
   warnings.add(plausibility(skeleton, options.structure, subject.modes.frequency[0]));
   return subject;
-}
-
-// Takes the shapes of the modes and leaves the rest of the subject.
-Moved move_in_wind(Subject& subject, const Weather& conditions, bool superposed, const Progress& progress,
-                   StageLog& log, WarningLog& warnings) {
-  Eigen::MatrixXd shapes = std::move(subject.modes.shapes);
-  Modes modes = subject.modes;
-  modes.shapes = std::move(shapes);
-  std::vector<std::string> of_wind;
-  Motion motion = set_in_motion(subject.structure, std::move(modes), conditions, progress, &of_wind);
-  log.finish();
-  MotionStatistics statistics = motion_statistics(subject.structure, motion);
-  warnings.add(of_wind);
-  warnings.add(advice(subject, conditions, statistics, superposed));
-  return {std::move(motion), std::move(statistics)};
 }
 
 // All but the first.
@@ -617,25 +333,6 @@ std::vector<Gauge> AnimateCommand::placed_gauges(const Plant& plant) const {
   return placed;
 }
 
-WrittenModel model_of(const Loop& loop, const std::string& bytes, double error) {
-  WrittenModel model{
-      .form = loop.rig ? "skin" : "morph", .clips = 1, .largest_error = error, .bytes = bytes.size()};
-  if (loop.rig) {
-    model.joints = loop.rig->joints.size();
-    model.clips = loop.rig->clips.size();
-    model.keys = loop.rig->key_count();
-  } else {
-    model.keys = static_cast<std::size_t>(loop.sample_count() + 1);
-  }
-  return model;
-}
-
-std::string told(const WrittenModel& model) {
-  const std::string off = printed(", %.2g m off the poses at most", model.largest_error);
-  if (model.form != "skin") return "morph targets" + (model.largest_error > 0 ? off : "");
-  return std::to_string(model.joints) + " joints, " + std::to_string(model.keys) + " keys" + off;
-}
-
 // A table is of the gauges, where there are any. Returns the last model.
 WrittenModel AnimateCommand::encode_outputs(const Loop& loop, const std::vector<GaugeSeries>& series,
                                             const std::vector<const LoopWriter*>& writers,
@@ -656,6 +353,23 @@ WrittenModel AnimateCommand::encode_outputs(const Loop& loop, const std::vector<
   }
   log.finish();
   return model;
+}
+
+// The page looks at the shapes of the strongest wind one by one.
+std::shared_ptr<const Rig> AnimateCommand::fit_bones(const Subject& subject, const Surface& surface,
+                                                     const std::vector<ClipSource>& clips, bool for_page,
+                                                     bool for_engines, StageLog& log,
+                                                     WarningLog& warnings) const {
+  RigOptions options = rig_options(subject);
+  if (for_page && !mean_only) {
+    const auto strongest = std::ranges::max_element(clips, {}, &ClipSource::wind_speed);
+    options.shapes_of = static_cast<int>(strongest - clips.begin());
+  }
+  log.begin("bones");
+  auto rig = std::make_shared<const Rig>(fit_rig(subject.structure, surface, clips, options));
+  log.finish();
+  warnings.add(warnings_of(*rig, options, for_engines));
+  return rig;
 }
 
 // Whatever the flags and the files they name have wrong is said before the work begins.
@@ -695,8 +409,8 @@ void AnimateCommand::run(const CLI::App& flags) const {
                        [&](const LoopWriter* each) { return each->extension == extension; });
   };
   // Bent poses superpose nothing; morph targets do, whatever the poses.
-  const bool superposed = plant.frame || loads.pose == "linear" || writes("html") ||
-                          (writes("glb") && (form == "morph" || flags.count("--morphs") > 0));
+  const bool has_skin = writes("glb") || writes("html");
+  const bool superposed = plant.frame || loads.pose == "linear" || (has_skin && !write_options.on_bones);
   std::vector<Motion> other_clips = move_in_others(subject, conditions, clips, progress, log, warnings);
   Moved moved = move_in_wind(subject, conditions, superposed, progress, log, warnings);
   std::vector<GaugeSeries> series;
@@ -705,14 +419,13 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const Json most_stressed = stresses(moved.motion, plant.imported.skeleton, options.structure.material,
                                       conditions.wind.reference.heading);
   std::shared_ptr<const Rig> rig;
-  if (writes("glb") && write_options.on_bones) {
-    log.begin("bones");
+  if (has_skin && write_options.on_bones) {
     if (mean_only) moved.motion = lean_alone(std::move(moved.motion));
-    std::vector<ClipSource> sources{{clips.empty() ? "wind loop" : clips[0].name, &moved.motion}};
-    for (std::size_t i = 1; i < clips.size(); ++i) sources.push_back({clips[i].name, &other_clips[i - 1]});
-    rig = std::make_shared<const Rig>(fit_rig(subject.structure, surface, sources, rig_options(subject)));
-    log.finish();
-    warnings.add(warnings_of(*rig, rig_options(subject)));
+    const double speed = conditions.wind.reference.speed;
+    std::vector<ClipSource> sources{{clips.empty() ? "wind loop" : clips[0].name, &moved.motion, speed}};
+    for (std::size_t i = 1; i < clips.size(); ++i)
+      sources.push_back({clips[i].name, &other_clips[i - 1], clips[i].wind_speed});
+    rig = fit_bones(subject, surface, sources, writes("html"), writes("glb"), log, warnings);
   }
   const bool bends = moved.motion.lean_strains.size() > 0;
   const double model_error = rig ? rig->largest_error
@@ -739,121 +452,6 @@ void AnimateCommand::run(const CLI::App& flags) const {
   }
   files.commit();
   files.announce();
-}
-
-}  // namespace
-
-void add_animate(CLI::App& app) {
-  auto command = std::make_shared<AnimateCommand>();
-  CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
-  sub.add_option("INPUT", command->input,
-                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame "
-                 "(.toml) or a preset")
-      ->required();
-  sub.add_option(
-      "-o,--output", command->outputs,
-      "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
-      "per frame), .png (contact sheet); - is standard output; may be repeated");
-  sub.add_option("--format", command->format,
-                 "glb, html, csv or png, for an output whose name does not say it (-o -)")
-      ->check(CLI::IsMember({"glb", "html", "csv", "png"}));
-  sub.add_option("--report", command->report,
-                 "What was done, as JSON: settings, frequencies, seconds and memory");
-  sub.add_option(
-         "--gauge", command->gauges,
-         "Where to read bending moment, shear, axial force, torsion and strain: base, stem:1.3 (metres along "
-         "the stem) or branch:12:0.5; may be repeated. Into the .csv instead of poses, and into the report")
-      ->take_all();
-  sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
-  sub.add_option(
-         "--form", command->form,
-         "Of .glb. skin: bones, which bend; morph: targets, which stretch what sways far (skin; morph for "
-         "frames, linear poses and with --morphs)")
-      ->check(CLI::IsMember({"skin", "morph"}))
-      ->group(bones_group);
-  sub.add_option("--tolerance", command->tolerance,
-                 "How far the skin of .glb may be off the poses, as a part of the height of the plant")
-      ->capture_default_str()
-      ->group(bones_group);
-  sub.add_option("--clip", command->clip_texts,
-                 "A wind of its own in .glb, by name and speed [m/s]: calm:2; may be repeated. All have the "
-                 "same joints, period and gusts, so that an engine can fade from one to another")
-      ->take_all()
-      ->group(bones_group);
-  sub.add_flag("--mean-only", command->mean_only,
-               "Clips are the lean in the mean wind alone, for an engine that adds the gusts")
-      ->group(bones_group);
-  sub.add_option("--max-joints", command->max_joints,
-                 "At most so many bones in .glb, whatever error that costs (what --tolerance takes)")
-      ->group(bones_group);
-  sub.add_option(
-         "--morphs", command->morphs,
-         "Targets in .glb. biased: one a mode, weights 0 to 1 (plays everywhere); paired: a plus and a minus "
-         "target a mode; signed: one a mode, weights of either sign, which Blender clamps")
-      ->check(CLI::IsMember(morph_forms))
-      ->capture_default_str();
-  sub.add_option(
-         "--compress", command->compression,
-         "Of .glb. quantised: 16 and 8 bits (Blender, three.js); meshopt: those packed to a fifth (three.js, "
-         "not Blender 3.4); none: floats, for Godot and whatever knows no extensions")
-      ->check(CLI::IsMember(compressions))
-      ->capture_default_str();
-  sub.add_option("--modes", command->mode_count, "How many of the lowest modes move the plant; -1: all")
-      ->capture_default_str();
-
-  const char* wind = wind_group;
-  sub.add_option(
-         "--wind", command->wind,
-         "turbulent: gusts that travel (Shinya & Fournier, or --spectrum); stam: eq. 8 of Stam with unit "
-         "variance and a spectrum; stam-printed: eq. 8 as printed, white; or a field FILE.bts (TurbSim)")
-      ->capture_default_str()
-      ->group(wind);
-  sub.add_option("--wind-model", command->wind, "The same")->group("");
-  command->wind_flags.add_to(sub, true);
-  sub.add_option("--correlation-time", command->correlation_time, "t_c of Stam's filter [s]")
-      ->default_str("1")
-      ->group(wind);
-  sub.add_option("--correlation-length", command->correlation_length, "d_c of Stam's filter [m]")
-      ->default_str("4")
-      ->group(wind);
-
-  const char* motion = "Motion";
-  sub.add_option("--period", command->period, "Length of the loop [s]")->capture_default_str()->group(motion);
-  sub.add_option("--fps", command->frames_per_second, "Frames per second [1/s]")
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_option("--damping-ratio", command->damping_ratio, "Of every mode, 1 is critical")
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_option("--mass-damping", command->mass_damping,
-                 "alpha of C = alpha M (Stam) instead of the ratio [1/s]")
-      ->group(motion);
-  sub.add_option("--stiffness-damping", command->stiffness_damping,
-                 "c of c omega^2 (Shinya & Fournier) instead of the ratio [s]")
-      ->group(motion);
-  sub.add_flag("--no-aerodynamic-damping", command->no_aerodynamic_damping,
-               "Only the damping of the wood; by default the wind damps what moves in it, too")
-      ->group(motion);
-  sub.add_option("--transfer", command->transfer,
-                 "bin-averaged: right variance for every period; sampled: as in the papers")
-      ->check(CLI::IsMember({"bin-averaged", "sampled"}))
-      ->capture_default_str()
-      ->group(motion);
-  sub.add_flag("--no-static-correction", command->no_static_correction,
-               "Leave out the static shapes that stand for the modes beyond --modes")
-      ->group(motion);
-  command->loads.add_to(sub, motion);
-  command->read.add_to(sub);
-  command->structure.add_to(sub);
-  command->threads.add_to(sub);
-  sub.footer(
-      "Examples:\n"
-      "  tremula animate tree.swc -o tree.glb\n"
-      "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
-      "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
-      "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
-      "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
-  sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
 }
 
 }  // namespace tremula::cli

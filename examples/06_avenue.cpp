@@ -1,7 +1,8 @@
 // One tree in many places: a loop is made once, and every instance says where it stands, how it is turned,
-// and how far it is ahead in time, so that no two sway alike. With a folder it writes avenue.glb and
-// avenue.html there.
+// and how far it is ahead in time, so that no two sway alike. On bones: every instance has a skin of its own.
+// With a folder it writes avenue.glb and avenue.html there.
 
+#include <tremula/deformation/fit_rig.hpp>
 #include <tremula/deformation/loop.hpp>
 #include <tremula/geometry/grow.hpp>
 #include <tremula/geometry/plants.hpp>
@@ -13,6 +14,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <string>
 
 int main(int argument_count, char** arguments) {
@@ -22,8 +24,14 @@ int main(int argument_count, char** arguments) {
   const Subject subject = bake(plant.skeleton, {.modes = {.count = 12}});
   Weather weather;
   weather.loop = {.period = 12, .sample_count = 240};
-  Loop loop = make_loop(subject.structure, mesh_surface(plant.skeleton), set_in_motion(subject, weather),
+  const Surface surface = mesh_surface(plant.skeleton);
+  const Motion motion = set_in_motion(subject, weather);
+  Loop loop = make_loop(subject.structure, surface, motion,
                         {.name = "avenue", .frames_per_second = 20, .wind_speed = 6});
+  // Without this the writers make morph targets.
+  const ClipSource clip{"wind loop", &motion, 6};
+  loop.rig = std::make_shared<const Rig>(
+      fit_rig(subject.structure, surface, {&clip, 1}, {.tolerance = 0.01, .shapes_of = 0}));
 
   loop.instances.clear();
   for (int i = 0; i < 6; ++i) {

@@ -205,6 +205,45 @@ TEST(EncodeGlb, OnBonesIsTheSameInFloatsAndPacked) {
   }
 }
 
+// For the page, and for nobody else.
+TEST(EncodeGlb, OnBonesTellsShapesInStepsOfTheirOwnWhereAsked) {
+  Plant plant("sapling", 8);
+  const ClipSource clip{"wind loop", &plant.motion, 8};
+  plant.rig = fit_rig(plant.subject.structure, plant.surface, {&clip, 1},
+                      {.tolerance = of_height * plant.height, .shapes_of = 0});
+  const auto extras = [&](bool shapes) {
+    const Glb glb(encode_glb(plant.loop, plant.rig, {.shapes = shapes}));
+    return std::pair(glb, glb.document["scenes"][0]["extras"]["tremula"]);
+  };
+  EXPECT_FALSE(extras(false).second.contains("shapes"));
+  const auto [glb, told] = extras(true);
+  EXPECT_EQ(told["clips"][0], nlohmann::json({{"name", "wind loop"}, {"wind_speed_m_s", 8.0}}));
+  const nlohmann::json& shapes = told["shapes"];
+  EXPECT_EQ(shapes["kinds"][0], "lean");
+  EXPECT_EQ(shapes["kinds"][1], "mode");
+  EXPECT_EQ(shapes["frequencies_hz"][1], plant.motion.basis.frequency[1]);
+  const std::vector<double> weights = glb.numbers(shapes["weights"]),
+                            turns = glb.numbers(shapes["turns"]["accessor"]);
+  const std::size_t count = shapes["kinds"].size(), joints = plant.rig.joints.size();
+  ASSERT_EQ(weights.size(), 600 * count);
+  ASSERT_EQ(turns.size(), 3 * joints * count);
+  for (std::size_t c = 0; c < count; ++c) {
+    double farthest = 0;
+    for (std::size_t p = 0; p < 600; ++p) farthest = std::max(farthest, std::abs(weights[p * count + c]));
+    EXPECT_NEAR(farthest, 1, 1e-6);
+    const auto column = static_cast<Eigen::Index>(c);
+    const double step = shapes["turns"]["steps"][c].get<double>();
+    for (std::size_t j = 0; j < joints; ++j) {
+      const double* stored = &turns[3 * (joints * c + j)];
+      const Vec3 z_up = step * Vec3(stored[0], -stored[2], stored[1]);
+      const Vec3 wanted =
+          plant.motion.coordinates.col(column).cwiseAbs().maxCoeff() *
+          plant.rig.shapes.turn.col(column).segment<3>(static_cast<Eigen::Index>(3 * j)).cast<double>();
+      EXPECT_LT((z_up - wanted).lpNorm<Eigen::Infinity>(), 0.51 * step + 1e-9);
+    }
+  }
+}
+
 TEST(FitRig, OfFewJointsSaysWhatErrorThatCosts) {
   const Plant plant("sapling", 8);
   const ClipSource clip{"wind loop", &plant.motion};

@@ -10,6 +10,8 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "tremula/io/html.hpp"
+
 namespace tremula {
 namespace {
 
@@ -74,6 +76,14 @@ TEST(Clips, OfTheMeanStandStill) {
   }
 }
 
+TEST(Clips, GoIntoThePageToo) {
+  if (!can_write_html()) GTEST_SKIP() << "built without node and npm";
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, "animate sapling --clip calm:2 --clip gale:16 --period 4 -o s.html");
+  EXPECT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_GT(std::filesystem::file_size(folder / "s.html"), 500'000U);
+}
+
 TEST(Clips, ThatCannotBeAreRefusedInOneLine) {
   const test::TemporaryFolder folder;
   for (const auto& [flags, says] : std::vector<std::pair<std::string, std::string>>{
@@ -88,7 +98,7 @@ TEST(Clips, ThatCannotBeAreRefusedInOneLine) {
            {"--clip calm:2 --morphs paired -o s.glb", "--morphs: given with --clip"},
            {"--clip calm:2 --pose linear -o s.glb", "--clip: given where displacements superpose"},
            {"--clip calm:2 -o s.glb -o s.csv", "s.csv: given with --clip"},
-           {"--clip calm:2 --report r.json", "--clip: given without a .glb"},
+           {"--clip calm:2 --report r.json", "--clip: given without a .glb or a page"},
            {"--mean-only -o s.glb", "--mean-only: given without --clip"}}) {
     const Outcome outcome = run(folder, "animate sapling --period 1 " + flags);
     EXPECT_EQ(outcome.code, 2) << flags;

@@ -102,8 +102,8 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
   expect_refused(animate + "--loads paper --leaf-drag-coefficient 1",
                  {"--leaf-drag-coefficient: given with --loads paper"});
   const std::string model = "animate sapling --period 2 -o a.glb ";
-  expect_refused(animate + "--max-joints 20", {"--max-joints: given without a .glb"});
-  expect_refused(animate + "--tolerance 0.01", {"--tolerance: given without a .glb"});
+  expect_refused(animate + "--max-joints 20", {"--max-joints: given without a .glb or a page"});
+  expect_refused(animate + "--tolerance 0.01", {"--tolerance: given without a .glb or a page"});
   expect_refused(model + "--form morph --max-joints 20", {"--max-joints: given with --form morph"});
   expect_refused(model + "--form skin --morphs paired", {"--morphs: given with --form skin"});
   expect_refused(model + "--morphs paired --max-joints 20", {"--max-joints: given with --morphs"});

@@ -13,6 +13,7 @@
 #include "trees.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/deformation/bent_pose.hpp"
+#include "tremula/numerics/rotation.hpp"
 
 namespace tremula {
 namespace {
@@ -129,11 +130,12 @@ TEST(FitRig, GivesSharesThatAddUpAndParentsBeforeChildren) {
 
 TEST(FitRig, IsTheSameOnAnyNumberOfThreads) {
   const Case c(test::awkward_tree(), 0.1, 0.5);
-  const Rig many = c.rig({.tolerance = 0.01});
+  const Rig many = c.rig({.tolerance = 0.01, .shapes_of = 0});
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const Rig alone = c.rig({.tolerance = 0.01});
+  const Rig alone = c.rig({.tolerance = 0.01, .shapes_of = 0});
   ASSERT_EQ(many.joints.size(), alone.joints.size());
   EXPECT_EQ(many.largest_error, alone.largest_error);
+  EXPECT_EQ(many.shapes.turn, alone.shapes.turn);
   for (std::size_t j = 0; j < many.joints.size(); ++j) {
     EXPECT_EQ(many.joints[j].name, alone.joints[j].name);
     EXPECT_EQ(many.clips[0].tracks[j].turn, alone.clips[0].tracks[j].turn);
@@ -142,6 +144,55 @@ TEST(FitRig, IsTheSameOnAnyNumberOfThreads) {
     EXPECT_EQ(many.shares[i].joint, alone.shares[i].joint);
     EXPECT_EQ(many.shares[i].share, alone.shares[i].share);
   }
+}
+
+// The joints of one sample, put together from the shapes and from the keys.
+TEST(FitRig, TellsShapesThatAddUpToTheClipToFirstOrder) {
+  const auto largest_difference = [](double sway) {
+    const Case c(test::awkward_tree(), 0.1, sway, {.translation = 1e3, .rotation = 1e2});
+    const Rig rig = c.rig({.tolerance = 1e-3, .shapes_of = 0});
+    const RigShapes& shapes = rig.shapes;
+    EXPECT_EQ(shapes.clip, 0);
+    EXPECT_EQ(shapes.kind, c.motion.basis.kind);
+    EXPECT_EQ(shapes.coordinates, c.motion.coordinates);
+    double difference = 0, turned = 0, travelled = 0;
+    for (const int sample : {0, 7, 13}) {
+      const double time = c.motion.period * sample / c.motion.sample_count();
+      const std::vector<JointFrame> frames = joint_frames(rig, rig.clips[0], time);
+      for (std::size_t j = 1; j < rig.joints.size(); ++j) {
+        const JointFrame& below = frames[index_of(rig.joints[j].parent)];
+        const auto row = static_cast<Eigen::Index>(3 * j);
+        const Eigen::VectorXf y = shapes.coordinates.row(sample).transpose().cast<float>();
+        const auto moving = [&](const Eigen::MatrixXf& of_joints) -> Vec3 {
+          return (of_joints.middleRows<3>(row).rightCols(y.size() - 1) * y.tail(y.size() - 1)).cast<double>();
+        };
+        const Vec3 lean = shapes.turn.col(0).segment<3>(row).cast<double>(), turn = moving(shapes.turn);
+        const Mat3 put_together = rotation_matrix(lean) * rotation_matrix(turn);
+        difference = std::max(difference, (below.turn.transpose() * frames[j].turn - put_together).norm());
+        turned = std::max(turned, turn.norm());
+        if (!rig.joints[j].travels) continue;
+        const Vec3 rest = rig.joints[j].position - rig.joints[index_of(rig.joints[j].parent)].position;
+        const Vec3 travel = moving(shapes.travel);
+        const Vec3 place = rest + shapes.travel.col(0).segment<3>(row).cast<double>() + travel;
+        difference = std::max(
+            difference, (below.turn.transpose() * (frames[j].position - below.position) - place).norm());
+        travelled = std::max(travelled, travel.norm());
+      }
+    }
+    EXPECT_GT(turned, 0.05 * sway);
+    EXPECT_GT(travelled, 0);
+    return difference;
+  };
+  const double small = largest_difference(0.1), large = largest_difference(0.4);
+  EXPECT_LT(small, 0.01);
+  EXPECT_GT(large, 4 * small);
+}
+
+TEST(FitRig, TellsNoShapesUnlessAsked) {
+  const Case c(test::awkward_tree(), 0.1, 0.5);
+  EXPECT_EQ(c.rig({.tolerance = 0.05}).shapes.clip, -1);
+  EXPECT_EQ(complaint(c, {.tolerance = 0.05, .shapes_of = 1}),
+            "clip whose shapes the rig tells: 1, wanted -1 (none) to 0");
 }
 
 TEST(FitRig, RefusesWhatItCannotFit) {

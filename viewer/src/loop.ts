@@ -1,7 +1,10 @@
-// What the page holds: the plant with its morph targets, and their weights over one loop.
-import {AnimationClip, Mesh, MeshStandardMaterial, Object3D, Vector3} from 'three';
+// What the page holds: the plant, and how it moves over one loop.
+import {Mesh, MeshStandardMaterial, Object3D, SkinnedMesh, Vector3, type BufferAttribute} from 'three';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
-import {GLTFLoader} from 'three/addons/loaders/GLTFLoader.js';
+import {GLTFLoader, type GLTF} from 'three/addons/loaders/GLTFLoader.js';
+import {Bones, ShapeTable, type ClipFacts, type ShapeFacts} from './bones';
+import {Morphs} from './morphs';
+import type {Movement} from './movement';
 
 export interface Facts {
   period_s: number;
@@ -10,11 +13,9 @@ export interface Facts {
   heading_deg: number;
   seed: number;
   frequencies_hz: number[];  // of the modes
-  static_shapes: number;
+  clips?: ClipFacts[];       // on bones
+  shapes?: ShapeFacts;
 }
-
-// Of a morph target: under the mean wind; a mode; or what stands for the modes left out.
-export type TargetKind = 'lean' | 'mode' | 'static';
 
 export type PlantMesh = Mesh<Mesh['geometry'], MeshStandardMaterial>;
 
@@ -22,12 +23,8 @@ export interface Loop {
   name: string;
   facts: Facts;
   root: Object3D;
-  meshes: PlantMesh[];       // the parts of the surface, as bark and leaves, of every instance
-  timeShifts: number[];      // [s] for each mesh how far its instance is ahead of the weights below
-  targetKinds: TargetKind[];
-  targetModes: number[];     // for each morph target its mode from 1, 0 for what is no mode
-  times: ArrayLike<number>;  // [s] keys, 0 … period
-  weights: ArrayLike<number>;  // keys x targets
+  meshes: PlantMesh[];  // the parts of the surface, as bark and leaves, of every instance
+  movement: Movement;
 }
 
 // From base64 and gzip.
@@ -43,6 +40,15 @@ function timeShiftOf(mesh: Object3D): number {
   return mesh.userData.tremula?.time_shift_s ?? mesh.parent?.userData.tremula?.time_shift_s ?? 0;
 }
 
+async function movementOf(gltf: GLTF, meshes: PlantMesh[], facts: Facts): Promise<Movement> {
+  const shifts = meshes.map(timeShiftOf), fromFirst = shifts.map((shift) => shift - shifts[0]);
+  const skinned = meshes.filter((mesh): mesh is PlantMesh & SkinnedMesh => mesh instanceof SkinnedMesh);
+  if (skinned.length === 0) return new Morphs(meshes, fromFirst, gltf.animations[0], facts);
+  const read = (index: number): Promise<BufferAttribute> => gltf.parser.getDependency('accessor', index);
+  const table = facts.shapes && await ShapeTable.read(facts.shapes, read);
+  return new Bones(gltf.scene, skinned, fromFirst, gltf.animations, facts.clips ?? [], table);
+}
+
 export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
   const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(glb, '');
   gltf.scene.updateMatrixWorld(true);  // positions are whole numbers; the scale that makes metres of them stands above
@@ -50,38 +56,8 @@ export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
   gltf.scene.traverse((object) => {
     if (object instanceof Mesh) meshes.push(object as PlantMesh);
   });
-  const shifts = meshes.map(timeShiftOf);
-  const clip: AnimationClip | undefined = gltf.animations[0];
-  return {
-    name: gltf.scene.name,
-    facts: gltf.scene.userData.tremula,
-    root: gltf.scene,
-    meshes,
-    timeShifts: shifts.map((shift) => shift - shifts[0]),
-    targetKinds: meshes[0].userData.targetKinds ?? [],
-    targetModes: meshes[0].userData.targetModes ?? [],
-    times: clip?.tracks[0].times ?? [0],
-    weights: clip?.tracks[0].values ?? [],
-  };
-}
-
-// Linear between keys, as displacement_at() of the library. The loop goes on before its begin and after its end.
-export function weightsAt(loop: Loop, anyTime: number): number[] {
-  const {times, weights} = loop;
-  const period = times[times.length - 1];
-  const time = anyTime >= 0 && anyTime <= period ? anyTime : anyTime - period * Math.floor(anyTime / period);
-  const count = loop.targetKinds.length;
-  let low = 0, high = times.length - 1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle;
-    else high = middle;
-  }
-  const part = high > low ? Math.min(Math.max((time - times[low]) / (times[high] - times[low]), 0), 1) : 0;
-  return Array.from({length: count}, (_, i) => {
-    const before = weights[low * count + i];
-    return before + part * (weights[high * count + i] - before);
-  });
+  const facts = gltf.scene.userData.tremula as Facts;
+  return {name: gltf.scene.name, facts, root: gltf.scene, meshes, movement: await movementOf(gltf, meshes, facts)};
 }
 
 // Finds vertices by one number that runs through all meshes.
@@ -92,7 +68,7 @@ export class Vertices {
     this.count = loop.meshes.reduce((sum, mesh) => sum + mesh.geometry.attributes.position.count, 0);
   }
 
-  // World position [m] with z up, as in every other file, under the weights that the meshes have now.
+  // World position [m] with z up, as in every other file, of the plant as it now stands.
   position(index: number): [number, number, number] {
     const [mesh, i] = this.find(index);
     const p = mesh.getVertexPosition(i, new Vector3()).applyMatrix4(mesh.matrixWorld);

@@ -1,8 +1,9 @@
-// Plays the loop that the page carries: evaluates the weights of the morph targets at any instant and shows them.
+// Plays the loop that the page carries, at any instant and in any wind up to the strongest it knows.
 import './style.css';
-import {readLoop, unpack, Vertices, weightsAt, type Loop} from './loop';
+import {readLoop, unpack, Vertices} from './loop';
 import {dress} from './materials';
-import {Panel, type Player} from './panel';
+import type {Player} from './movement';
+import {Panel} from './panel';
 import {Stage} from './stage';
 
 // For scripts and tests. Positions are in metres with z up, as in every other file.
@@ -21,13 +22,6 @@ declare global {
   interface Window { tremula: Partial<Tremula> & Pick<Tremula, 'ready'>; }
 }
 
-// Loads grow with the square of the wind speed, the mean one and (for a given intensity of turbulence) the
-// fluctuating one; the answer is linear in the loads.
-function shownWeights(loop: Loop, player: Player, timeShift = 0): number[] {
-  const load = player.wind * player.wind;
-  return weightsAt(loop, player.time + timeShift).map((weight, i) => player.enabled[i] ? load * weight : 0);
-}
-
 async function start(): Promise<void> {
   const data = document.getElementById('loop')!;
   const loop = await readLoop(await unpack(data.textContent!));
@@ -40,7 +34,7 @@ async function start(): Promise<void> {
     time: 0,
     speed: 1,
     wind: 1,
-    enabled: loop.targetKinds.map(() => true),
+    enabled: loop.movement.shapes.map(() => true),
   };
   const canvas = document.getElementById('stage') as HTMLCanvasElement;
   const stage = new Stage(canvas, loop);
@@ -48,11 +42,7 @@ async function start(): Promise<void> {
   let changed = true;
   const panel = new Panel(loop, player, () => { changed = true; });
   const draw = (): void => {
-    loop.meshes.forEach((mesh, i) => {
-      const weights = shownWeights(loop, player, loop.timeShifts[i]);
-      mesh.morphTargetInfluences?.splice(0, weights.length, ...weights);
-    });
-    panel.show(shownWeights(loop, player));
+    panel.show(loop.movement.show(player));
     stage.render();
     changed = false;
   };

@@ -1,13 +1,6 @@
 // The controls over the picture.
 import type {Loop} from './loop';
-
-export interface Player {
-  playing: boolean;
-  time: number;       // [s] 0 … period
-  speed: number;      // times real time
-  wind: number;       // times the wind speed of the file
-  enabled: boolean[]; // for each morph target
-}
+import type {Player, Shape} from './movement';
 
 const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 
@@ -16,7 +9,7 @@ export class Panel {
   private readonly time = element<HTMLInputElement>('time');
   private readonly timeText = element<HTMLOutputElement>('time-text');
   private readonly modes = element<HTMLDetailsElement>('modes');
-  private readonly bars = new Map<number, HTMLElement>();  // by morph target
+  private readonly bars = new Map<number, HTMLElement>();  // by shape
   private readonly rows = new Map<number, HTMLButtonElement>();
 
   // `changed` is called after the user has changed the player.
@@ -31,14 +24,15 @@ export class Panel {
     this.play.addEventListener('click', () => { this.toggle(); });
     addEventListener('keydown', (event) => { this.key(event); });
 
-    const speed = loop.facts.wind_speed_m_s;
-    this.slider('wind', (k) => { player.wind = k; return speed > 0 ? `${(k * speed).toFixed(1)} m/s` : `${k.toFixed(2)}×`; });
+    element<HTMLInputElement>('wind').max = String(loop.movement.windLimit);
+    element('wind').parentElement!.title = loop.movement.windHint;
+    this.slider('wind', (k) => { player.wind = k; return loop.movement.windText(k); });
     this.slider('speed', (k) => { player.speed = k; return `${k.toFixed(2)}×`; });
     this.listModes();
     this.show([]);
   }
 
-  // Follows the player; weights are those on the screen.
+  // Follows the player; weights are those on the screen, 1 for as far as a shape goes.
   show(weights: number[]): void {
     const {time, playing} = this.player;
     this.play.textContent = playing ? '❚❚' : '▶';
@@ -48,7 +42,7 @@ export class Panel {
     if (!this.modes.open) return;
     weights.forEach((weight, i) => {
       const bar = this.bars.get(i);
-      if (bar) bar.style.transform = `scaleX(${Math.max(-1, Math.min(1, 2 * weight))})`;  // weights span 1
+      if (bar) bar.style.transform = `scaleX(${Math.max(-1, Math.min(1, weight))})`;
     });
   }
 
@@ -74,14 +68,19 @@ export class Panel {
 
   private slider(id: string, set: (value: number) => string): void {
     const input = element<HTMLInputElement>(id), text = element(`${id}-text`);
-    const update = (): void => { text.textContent = set(Number(input.value)); };
+    const update = (): void => {
+      text.textContent = set(Number(input.value));
+      this.showWind();
+    };
     input.addEventListener('input', () => { update(); this.changed(); });
     input.addEventListener('dblclick', () => { input.value = '1'; update(); this.changed(); });
     update();
   }
 
+  private showWind(): void { element('shown').textContent = this.loop.movement.shownText(this.player.wind); }
+
   private showFacts(): void {
-    const hertz = this.loop.targetModes.filter((mode) => mode > 0).map((mode) => this.loop.facts.frequencies_hz[mode - 1]);
+    const hertz = this.loop.movement.shapes.filter(({kind}) => kind === 'mode').map(({frequency}) => frequency);
     const range = hertz.length > 0 ? ` · ${Math.min(...hertz).toFixed(2)}–${Math.max(...hertz).toFixed(2)} Hz` : '';
     element('name').textContent = this.loop.name;
     element('facts').textContent =
@@ -91,19 +90,18 @@ export class Panel {
   // Modes, and behind them the static shapes; the lean always stays.
   private listModes(): void {
     let staticShapes = 0;
-    this.loop.targetKinds.forEach((kind, i) => {
+    this.loop.movement.shapes.forEach(({kind, mode, frequency}: Shape, i) => {
       if (kind === 'lean') return;
-      const mode = this.loop.targetModes[i];
       const row = document.createElement('button'), bar = document.createElement('i');
       row.type = 'button';
       row.append(kind === 'mode' ? `${mode}` : `s${++staticShapes}`,
                  Object.assign(document.createElement('span'), {className: 'bar'}),
-                 kind === 'mode' ? `${this.loop.facts.frequencies_hz[mode - 1].toFixed(2)} Hz` : 'static');
+                 kind === 'mode' ? `${frequency.toFixed(2)} Hz` : 'static');
       if (kind === 'static') row.title = 'no mode: what the modes left out add';
       row.querySelector('.bar')!.append(bar);
       row.addEventListener('click', (event) => {
-        if (event.detail < 2) this.enable((target, on) => target === i ? !on : on);
-        else if (event.detail === 2) this.enable((target) => this.isAlone(i) || target === i);
+        if (event.detail < 2) this.enable((shape, on) => shape === i ? !on : on);
+        else if (event.detail === 2) this.enable((shape) => this.isAlone(i) || shape === i);
       });
       this.bars.set(i, bar);
       this.rows.set(i, row);
@@ -114,14 +112,14 @@ export class Panel {
     this.enable(() => true);
   }
 
-  private isAlone(target: number): boolean {
-    return [...this.rows.keys()].every((i) => this.player.enabled[i] === (i === target));
+  private isAlone(shape: number): boolean {
+    return [...this.rows.keys()].every((i) => this.player.enabled[i] === (i === shape));
   }
 
-  private enable(choose: (target: number, on: boolean) => boolean): void {
-    for (const [target, row] of this.rows) {
-      this.player.enabled[target] = choose(target, this.player.enabled[target]);
-      row.setAttribute('aria-pressed', String(this.player.enabled[target]));
+  private enable(choose: (shape: number, on: boolean) => boolean): void {
+    for (const [shape, row] of this.rows) {
+      this.player.enabled[shape] = choose(shape, this.player.enabled[shape]);
+      row.setAttribute('aria-pressed', String(this.player.enabled[shape]));
     }
     this.changed();
   }

@@ -2,7 +2,7 @@
 import {
   BackSide, Box3, BufferAttribute, Color, DirectionalLight, HemisphereLight, MathUtils, Mesh, MeshBasicMaterial,
   MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, RingGeometry, Scene, ShaderMaterial, Shape, ShapeGeometry,
-  Sphere, SphereGeometry, Vector2, Vector3, WebGLRenderer,
+  SkinnedMesh, Sphere, SphereGeometry, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
 import type {Loop} from './loop';
@@ -29,8 +29,7 @@ export class Stage {
     for (const mesh of loop.meshes) {
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.frustumCulled = false;
-      const rest = new Box3().setFromBufferAttribute(mesh.geometry.attributes.position as BufferAttribute);
-      this.extent.union(rest.applyMatrix4(mesh.matrixWorld));
+      this.extent.union(restOf(mesh).applyMatrix4(mesh.matrixWorld));
     }
     this.scene.add(loop.root);
     this.addSurroundings(loop);
@@ -76,14 +75,13 @@ export class Stage {
     this.controls.update();
   }
 
-  // Every target takes a uniform of the vertex shader and a layer of a texture.
+  // Every morph target takes a uniform of the vertex shader and a layer of a texture.
   private checkLimits(loop: Loop): void {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     const most = Math.min(gl.getParameter(gl.MAX_VERTEX_UNIFORM_VECTORS) - 64,
                           gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
-    if (loop.targetKinds.length > most) {
-      throw new Error(`it has ${loop.targetKinds.length} morph targets, and the graphics here can blend ${most}`);
-    }
+    const targets = Math.max(...loop.meshes.map((mesh) => mesh.morphTargetInfluences?.length ?? 0));
+    if (targets > most) throw new Error(`it has ${targets} morph targets, and the graphics here can blend ${most}`);
   }
 
   private addSurroundings(loop: Loop): void {
@@ -108,6 +106,15 @@ export class Stage {
     this.scene.add(makeSky(ground, 40 * radius), makeTurf(ground, 2.2 * radius));
     if (loop.facts.wind_speed_m_s > 0) this.scene.add(makeArrow(ground, radius, loop.facts.heading_deg));
   }
+}
+
+// Of a mesh as it was loaded, in its own frame.
+function restOf(mesh: Mesh): Box3 {
+  if (mesh instanceof SkinnedMesh) {
+    mesh.computeBoundingBox();
+    return mesh.boundingBox!.clone();
+  }
+  return new Box3().setFromBufferAttribute(mesh.geometry.attributes.position as BufferAttribute);
 }
 
 // A dome without seam: the floor goes over into the sky at the horizon.

@@ -4,15 +4,16 @@ import {execFileSync, spawnSync} from 'node:child_process';
 import {readFileSync, writeFileSync} from 'node:fs';
 import {describe, test} from 'node:test';
 import {fileURLToPath} from 'node:url';
+import {openSkin} from './skin.mjs';
 import {
-  animate, distance, heightOf, largestError, plants, readPoses, restNodes, settings, tolerance,
+  animate, animateClips, distance, heightOf, largestDistance, largestError, plants, readPoses, recipe, restNodes, settings,
+  tolerance, withClips,
 } from './support.mjs';
 
 const script = fileURLToPath(new URL('blender_vertices.py', import.meta.url));
 const missing = spawnSync('blender', ['--version']).error;
 
 const forest = fileURLToPath(new URL('blender_forest.py', import.meta.url));
-const guide = fileURLToPath(new URL('../../docs/guide/animate.md', import.meta.url));
 const run = (python, ...more) => execFileSync('blender', ['--background', '--python-exit-code', '1', '--python', python, '--',
                                                           ...more].map(String), {stdio: 'ignore'});
 
@@ -43,37 +44,55 @@ describe('Blender', missing ? {skip: 'no Blender found'} : {}, () => {
     }
   }
 
-  for (const plant of plants) {
-    test(`plays ${plant.name} on bones as the program poses it`, () => {
-      const allowed = 0.005;
-      const paths = animate({...plant, name: `${plant.name}-bones`}, ['glb', 'csv'],
-                            {pose: 'bent', form: 'skin', tolerance: allowed});
-      const poses = readPoses(paths.csv), rest = restNodes(plant), height = heightOf(rest);
-      const out = `${paths.glb}.json`, count = settings.period * settings.fps;
-      const frames = [0, 0.17, 0.31, 0.5, 0.77].map((part) => Math.floor(part * count));
-      run(script, paths.glb, out, settings.fps, ...frames);
-      const found = JSON.parse(readFileSync(out, 'utf8'));
-      assert.equal(found.bones.length, 1);
-      assert.ok(found.bones[0] > 1);
-      assert.equal(found.clips.length, 1);
-      const pairs = found.rest.flatMap((vertex, index) => {
-        const node = rest.findIndex((place) => distance(place, vertex) < 0.5 * tolerance * height);
-        return node < 0 ? [] : [{index, node}];
-      });
-      assert.ok(pairs.length >= 3, `${pairs.length} tips found`);
-      for (const frame of frames) {
-        for (const {index, node} of pairs) {
-          const error = distance(found.poses[frame][index], poses[frame].nodes[node]);
-          assert.ok(error < (allowed + tolerance) * height, `frame ${frame} node ${node}: ${error} m`);
-        }
+  // Frames of Blender fall between keys of the file.
+  const framesPerSecond = 24, frames = [0, 81, 237, 427, 480];
+  async function comparePoses(glb, joints, t) {
+    const out = `${glb}.json`;
+    run(script, glb, out, framesPerSecond, ...frames);
+    const found = JSON.parse(readFileSync(out, 'utf8')), skin = await openSkin(glb), height = heightOf(skin.rest);
+    assert.deepEqual(found.bones, [joints]);
+    assert.deepEqual(Object.keys(found.clips).sort(), skin.animations.map(({name}) => name).sort());
+    let off = largestDistance(found.rest, skin.rest), moved = 0;
+    for (const [clip, poses] of Object.entries(found.clips)) {
+      for (const [frame, vertices] of Object.entries(poses)) {
+        off = Math.max(off, largestDistance(vertices, skin.pose(clip, frame / framesPerSecond)));
+        moved = Math.max(moved, largestDistance(vertices, skin.rest));
       }
+    }
+    t.diagnostic(`off by ${(off / height).toExponential(2)} of the height at most, moved by ${(moved / height).toFixed(3)}`);
+    assert.ok(moved > 20 * tolerance * height);
+    assert.ok(off < tolerance * height, `${off} m of ${height} m`);
+  }
+
+  for (const plant of plants) {
+    test(`plays every vertex of ${plant.name} on bones as the file says`, async (t) => {
+      const {glb} = animate({...plant, name: `${plant.name}-bones`}, ['glb'], {pose: 'bent', form: 'skin'});
+      await comparePoses(glb, (await openSkin(glb)).joints, t);
     });
   }
 
-  test('makes a forest by the recipe in the guide', () => {
+  for (const compress of ['quantised', 'none']) {
+    test(`plays every vertex of a plant in several winds as the file says, ${compress}`, async (t) => {
+      const {glb, report} = animateClips(withClips, {compress});
+      await comparePoses(glb, report.glb.joints, t);
+    });
+  }
+
+  test('makes a forest by the recipe in the guide, on bones', () => {
+    const {glb} = animate({...plants[0], name: 'sapling-bones'}, ['glb'], {pose: 'bent', form: 'skin'});
+    writeFileSync(`${glb}.py`, recipe('python', 'find_armature'));
+    run(forest, glb, `${glb}.py`);
+  });
+
+  test('makes a forest of another wind in the file, too', () => {
+    const {glb} = animateClips(withClips);
+    writeFileSync(`${glb}.py`, recipe('python', 'find_armature').replace('clip = "wind loop"', 'clip = "gale"'));
+    run(forest, glb, `${glb}.py`, 'gale');
+  });
+
+  test('makes a forest by the recipe in the guide, of morph targets', () => {
     const {glb} = animate(plants[0], ['glb']);
-    const recipe = readFileSync(guide, 'utf8').match(/```python\n(import bpy[^]*?)```/)[1];
-    writeFileSync(`${glb}.py`, recipe);
+    writeFileSync(`${glb}.py`, recipe('python', 'shape_keys'));
     run(forest, glb, `${glb}.py`);
   });
 });

@@ -1,6 +1,6 @@
 # blender --background --python blender_vertices.py -- FILE.glb OUT.json FPS FRAME…
 # Imports the file as an artist would and writes where its vertices are: with the weights of the mesh, which are those at
-# rest, or on bones at rest, and evaluated at each frame.
+# rest, or on bones at rest, and evaluated at each frame; on bones for every clip by its name.
 import json
 import sys
 
@@ -22,11 +22,21 @@ def world(points):
     return [list(plant.matrix_world @ point.co) for point in points]
 
 
-poses = {}
-for frame in frames:
-    bpy.context.scene.frame_set(int(frame))
-    evaluated = plant.evaluated_get(bpy.context.evaluated_depsgraph_get())
-    poses[frame] = world(evaluated.to_mesh().vertices)
+def poses():
+    found = {}
+    for frame in frames:
+        bpy.context.scene.frame_set(int(frame))
+        evaluated = plant.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        found[frame] = world(evaluated.to_mesh().vertices)
+    return found
+
+
+armatures = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
+by_clip = {}
+for armature in armatures:
+    for track in armature.animation_data.nla_tracks:
+        armature.animation_data.action = track.strips[0].action
+        by_clip[track.name] = poses()
 
 with open(glb, "rb") as file:
     header = file.read(20)
@@ -35,7 +45,5 @@ weights = document["meshes"][0].get("weights", [])
 rest = numpy.array(world(keys[0].data if keys else plant.data.vertices))
 rest = rest + sum(w * (numpy.array(world(key.data)) - rest) for w, key in zip(weights, keys[1:]))
 with open(out, "w") as file:
-    bones = [len(thing.data.bones) for thing in bpy.data.objects if thing.type == "ARMATURE"]
-    clips = [action.name for action in bpy.data.actions]
-    json.dump({"keys": [key.name for key in keys], "rest": rest.tolist(), "poses": poses, "bones": bones, "clips": clips},
-              file)
+    json.dump({"keys": [key.name for key in keys], "rest": rest.tolist(), "poses": {} if armatures else poses(),
+               "bones": [len(armature.data.bones) for armature in armatures], "clips": by_clip}, file)

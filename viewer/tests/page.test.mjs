@@ -4,8 +4,8 @@ import {readFileSync, writeFileSync} from 'node:fs';
 import {after, before, describe, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 import {
-  animate, avenue, distance, largestError, launchBrowser, needsBrowser, openPage, plants, readPoses, restNodes, screenshotPath,
-  settings, tips, tolerance,
+  animate, avenue, distance, heightOf, largestError, launchBrowser, needsBrowser, openPage, plants, readPoses, restNodes,
+  screenshotPath, settings, tips, tolerance,
 } from './support.mjs';
 
 // In the page: positions of these vertices at this instant.
@@ -69,6 +69,108 @@ describe('the page', needsBrowser, () => {
       await page.close();
     });
   }
+
+  for (const plant of plants) {
+    test(`${plant.name} on bones stands where the poses say, and no wind or mode stretches it`, async () => {
+      const allowed = 0.005, height = heightOf(restNodes(plant));
+      const paths = animate({...plant, name: `${plant.name}-bones`}, ['html', 'csv'], {pose: 'bent', tolerance: allowed});
+      const poses = readPoses(paths.csv), rest = restNodes(plant);
+      const {page, complaints} = await openPage(browser, {viewport: {width: 1000, height: 700}});
+      await page.goto(pathToFileURL(paths.html).href);
+      await page.evaluate(() => window.tremula.ready);
+      await page.evaluate(() => window.tremula.pause());
+      const text = () => page.locator('#wind-text').textContent();
+      assert.equal(await text(), `${plant.wind.toFixed(1)} m/s`);
+
+      await setSlider(page, 'wind', 0);
+      assert.equal(await text(), 'still air');
+      const vertices = await page.evaluate(allVertices), pairs = tips(vertices, rest);
+      assert.ok(pairs.length >= 3, `${pairs.length} tips found`);
+      const at = (time) => page.evaluate(positionsAt, [time, vertices.map((_, i) => i)]);
+      const still = vertices.map((vertex) => vertex.rest);
+      await setSlider(page, 'wind', 1);
+      const count = settings.period * settings.fps;
+      for (const frame of [0, Math.floor(0.31 * count), Math.floor(0.77 * count)]) {
+        const positions = await page.evaluate(positionsAt, [poses[frame].time, pairs.map(({index}) => index)]);
+        assert.ok(largestError(pairs, positions, poses[frame], rest) < allowed + tolerance, `frame ${frame}`);
+      }
+
+      // Rings of bark and leaves keep their size, in whatever wind and under each mode alone.
+      const swelling = (positions) => {
+        let worst = 1;
+        for (let i = 1; i < vertices.length; ++i) {
+          const [a, b] = [vertices[i - 1], vertices[i]];
+          const length = distance(still[i - 1], still[i]);
+          if (a.branch !== b.branch || a.along !== b.along || length < 10 * tolerance * height) continue;
+          const ratio = distance(positions[i - 1], positions[i]) / length;
+          worst = Math.max(worst, ratio, 1 / ratio);
+        }
+        return worst;
+      };
+      const time = 3.3, farthest = (from, to) => Math.max(...from.map((p, i) => distance(p, to[i])));
+      const full = await at(time), sway = farthest(still, full);
+      assert.ok(sway > 2 * allowed * height, `moves by ${sway} m`);
+      assert.ok(swelling(full) < 1.02);
+      await setSlider(page, 'wind', 0.71);
+      assert.match(await page.locator('#shown').textContent(), /^50 % wind loop \(\d+ m\/s\), 50 % still air$/);
+      const half = await at(time);
+      assert.ok(swelling(half) < 1.02);
+      const middle = full.map((p, i) => p.map((x, k) => (x + still[i][k]) / 2));
+      assert.ok(farthest(half, middle) < 0.2 * sway, `${farthest(half, middle)} m of ${sway} m`);
+      await setSlider(page, 'wind', 1);
+
+      // To first order the shapes add up to the clip: it is what is left without one, and that one, about the lean.
+      await page.locator('summary').click();
+      const rows = page.locator('#mode-list button');
+      const toggle = async (i) => { await rows.nth(i).click(); await page.waitForTimeout(600); };
+      await toggle(0);
+      const without = await at(time);
+      await toggle(0);
+      assert.ok(farthest(await at(time), full) === 0, 'switched on again it is the clip');
+      await rows.nth(0).dblclick();
+      const alone = await at(time);
+      assert.ok(swelling(alone) < 1.02);
+      await toggle(0);
+      const lean = await at(time);
+      assert.ok(farthest(alone, lean) > 0);
+      const sum = full.map((_, i) => without[i].map((x, k) => x + alone[i][k] - lean[i][k]));
+      assert.ok(farthest(sum, full) < 0.1 * farthest(lean, full) + allowed * height,
+                `${farthest(sum, full)} m of ${farthest(lean, full)} m`);
+      await page.screenshot({path: screenshotPath(`${plant.name}-bones`)});
+      assert.deepEqual(complaints, []);
+      await page.close();
+    });
+  }
+
+  test('several winds are blended, and named', async () => {
+    const input = {...plants[0], name: 'clips'};
+    const {html} = animate(input, ['html'], {pose: 'bent', clip: ['calm:2', 'gale:10'], 'wind-speed': undefined});
+    const {page, complaints} = await openPage(browser, {viewport: {width: 390, height: 844}});
+    await page.goto(pathToFileURL(html).href);
+    await page.evaluate(() => window.tremula.ready);
+    await page.evaluate(() => window.tremula.pause());
+    const text = () => page.locator('#wind-text').textContent();
+    const last = await page.evaluate(() => window.tremula.vertexCount - 1);
+    const at = async (wind) => {
+      await setSlider(page, 'wind', wind);
+      return (await page.evaluate(positionsAt, [5, [last]]))[0];
+    };
+    const gale = await at(1);
+    assert.equal(await text(), '10.0 m/s');
+    const between = await at(0.72);
+    assert.equal(await text(), '7.2 m/s');
+    assert.equal(await page.locator('#shown').textContent(), '50 % gale (10 m/s), 50 % calm (2 m/s)');
+    const calm = await at(0.2);
+    assert.equal(await text(), '2.0 m/s');
+    const still = await at(0);
+    assert.ok(distance(still, calm) > 0);
+    const middle = gale.map((x, k) => (x + calm[k]) / 2);
+    assert.ok(distance(between, middle) < 0.2 * distance(calm, gale));
+    assert.match(await page.locator('#wind').locator('..').getAttribute('title'), /calm \(2 m\/s\), gale \(10 m\/s\)/);
+    assert.deepEqual(complaints, []);
+    await page.screenshot({path: screenshotPath('clips-on-a-phone')});
+    await page.close();
+  });
 
   test('every instance stands in its place and moves in its own time', async (t) => {
     const written = avenue();

@@ -7,7 +7,7 @@ import {after} from 'node:test';
 import {fileURLToPath} from 'node:url';
 import {chromium} from 'playwright-core';
 
-const program = process.env.TREMULA_PROGRAM ?? 'tremula';
+export const program = process.env.TREMULA_PROGRAM ?? 'tremula';
 const data = process.env.TREMULA_DATA ?? fileURLToPath(new URL('../../../shared/data', import.meta.url));
 
 const folder = mkdtempSync(join(tmpdir(), 'tremula-viewer-'));
@@ -36,12 +36,33 @@ export const plants = smallPlants();
 
 export const settings = {period: 20, fps: 10};
 
+// A plant on bones in several winds.
+export const withClips = {name: 'sapling-winds', input: 'sapling', clips: {calm: 2, breeze: 6, gale: 16}};
+
+// Runs `tremula animate` on it: the path of the .glb and what the report says.
+export function animateClips({name, input, clips}, options = {}) {
+  const glb = join(folder, `${name}.glb`), report = join(folder, `${name}.json`);
+  const flags = [...Object.entries(clips).map(([clip, speed]) => ['clip', `${clip}:${speed}`]), ...Object.entries(options)]
+                    .flatMap(([flag, value]) => [`--${flag}`, String(value)]);
+  execFileSync(program, ['animate', input, ...flags, '-o', glb, '--report', report], {stdio: ['ignore', 'ignore', 'pipe']});
+  return {glb, report: JSON.parse(readFileSync(report, 'utf8'))};
+}
+
+export const guide = readFileSync(new URL('../../docs/guide/many-plants.md', import.meta.url), 'utf8');
+
+// Its block that is in this language and has this in it.
+export function recipe(language, holding) {
+  const blocks = guide.split('```').filter((block) => block.startsWith(`${language}\n`));
+  return blocks.find((block) => block.includes(holding)).slice(language.length + 1);
+}
+
 // Runs `tremula animate` with options over the usual ones; returns the paths of what it wrote, by extension. Poses are
 // linear, as the page and engines blend shapes.
 export function animate({name, input, wind}, extensions, options = {}) {
   const paths = Object.fromEntries(extensions.map((extension) => [extension, join(folder, `${name}.${extension}`)]));
   const flags = Object.entries({'wind-speed': wind, modes: 20, seed: 1, pose: 'linear', ...settings, ...options})
-                    .flatMap(([flag, value]) => [`--${flag}`, String(value)]);
+                    .filter(([, value]) => value !== undefined)
+                    .flatMap(([flag, value]) => [value].flat().flatMap((each) => [`--${flag}`, String(each)]));
   const outputs = Object.values(paths).flatMap((path) => ['-o', path]);
   execFileSync(program, ['animate', input, ...flags, ...outputs], {stdio: ['ignore', 'ignore', 'pipe']});
   return paths;
@@ -58,20 +79,27 @@ export function avenue() {
   return {glb: join(folder, 'avenue.glb'), html: join(folder, 'avenue.html'), instances};
 }
 
-// Poses by frame: [{time, nodes: [[x, y, z], …]}, …].
-export function readPoses(path) {
+// Poses by frame: [{time, nodes: [[x, y, z], …], turns: [rotation vector, …]}, …].
+export const readPoses = (path) => parsePoses(readFileSync(path, 'utf8'));
+export function parsePoses(table) {
   const poses = [];
-  const [header, ...lines] = readFileSync(path, 'utf8').split('\n').filter((line) => line && !line.startsWith('#'));
+  const [header, ...lines] = table.split('\n').filter((line) => line && !line.startsWith('#'));
   const column = Object.fromEntries(header.split(',').map((name, i) => [name, i]));
   for (const line of lines) {
     const values = line.split(',').map(Number);
-    const pose = (poses[values[column.frame]] ??= {time: values[column.time_s], nodes: []});
+    const pose = (poses[values[column.frame]] ??= {time: values[column.time_s], nodes: [], turns: []});
     pose.nodes[values[column.node]] = [values[column.x], values[column.y], values[column.z]];
+    pose.turns[values[column.node]] = [values[column.rx], values[column.ry], values[column.rz]];
   }
   return poses;
 }
 
 export const distance = (a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
+
+export function largestDistance(found, wanted, shift = [0, 0, 0]) {
+  if (found.length !== wanted.length) throw new Error(`${found.length} vertices, wanted ${wanted.length}`);
+  return found.reduce((most, at, i) => Math.max(most, distance(at, wanted[i].map((x, k) => x + shift[k]))), 0);
+}
 
 // Where the nodes are without wind.
 export function restNodes(plant) {
@@ -79,7 +107,10 @@ export function restNodes(plant) {
   return readPoses(csv)[0].nodes;
 }
 
-export const heightOf = (nodes) => Math.max(...nodes.map(([, , z]) => z)) - Math.min(...nodes.map(([, , z]) => z));
+export function heightOf(points) {
+  const heights = points.map(([, , z]) => z);
+  return heights.reduce((a, b) => Math.max(a, b)) - heights.reduce((a, b) => Math.min(a, b));
+}
 
 // What positions in 16 bits and the targets over them may be off by, as a part of the height.
 export const tolerance = 1e-4;

@@ -41,6 +41,10 @@ void check(const Structure& structure, const Surface& surface, std::span<const C
     throw InputError("most joints of the rig", std::to_string(options.max_joints),
                      "2 or more (0: as many as it takes)");
   }
+  if (options.shapes_of < -1 || options.shapes_of >= static_cast<int>(clips.size())) {
+    throw InputError("clip whose shapes the rig tells", std::to_string(options.shapes_of),
+                     "-1 (none) to " + std::to_string(clips.size() - 1));
+  }
   for (const ClipSource& clip : clips) {
     check_motion(*clip.motion);
     if (clip.motion->lean_strains.size() == 0) {
@@ -365,12 +369,13 @@ void give_keys(const Task& task, const std::vector<rig::SampledTurns>& sampled, 
     const double of_clip = tolerance * task.tolerance[c] / task.largest_tolerance();
     rig.clips.push_back(rig::thin_turns(sampled[c], rig.joints, extent, of_clip));
     rig.clips.back().name = task.clips[c].name;
+    rig.clips.back().wind_speed = task.clips[c].wind_speed;
     rig.clips.back().period = task.clips[c].motion->period;
   }
 }
 
 // The joints for an inner tolerance, and as few keys as keep them within the outer one.
-Rig fit_within(const Task& task, double inner, double outer, std::vector<double>& errors) {
+Rig fit_within(const Task& task, double inner, double outer, int shapes_of, std::vector<double>& errors) {
   std::vector<AxisFit> fits = rig::fit_axes(task.places, task.axes, task.poses, inner);
   Rig rig;
   const rig::Joints chosen = number_joints(task, fits, rig.joints);
@@ -379,6 +384,11 @@ Rig fit_within(const Task& task, double inner, double outer, std::vector<double>
   for (std::size_t c = 0; c < task.clips.size(); ++c) {
     sampled.push_back(
         rig::sample_turns(task.leans[c], *task.clips[c].motion, task.places, task.axes, chosen));
+  }
+  if (shapes_of >= 0) {
+    const auto c = index_of(shapes_of);
+    rig.shapes = rig::sample_shapes(task.leans[c], *task.clips[c].motion, task.places, task.axes, chosen);
+    rig.shapes.clip = shapes_of;
   }
   // Errors of joints on one path go the same way at a time: a few of these are the whole. Finer keys are kept
   // only where they, and not more joints, are what was wanting.
@@ -440,7 +450,7 @@ Rig fit_rig(const Structure& structure, const Surface& surface, std::span<const 
   Rig rig;
   for (int round = 0; round < 4; ++round) {
     std::vector<double> errors;
-    rig = fit_within(task, inner, outer, errors);
+    rig = fit_within(task, inner, outer, options.shapes_of, errors);
     if (rig.largest_error <= outer || too_many(rig)) break;
     learn_from(errors, outer, task);
     inner *= std::clamp(outer / rig.largest_error, 0.7, 0.9);
@@ -448,7 +458,7 @@ Rig fit_rig(const Structure& structure, const Surface& surface, std::span<const 
   if (!too_many(rig)) return rig;
   inner = tolerance_for(task, options.max_joints, inner);
   std::vector<double> errors;
-  return fit_within(task, inner, 1.25 * inner, errors);
+  return fit_within(task, inner, 1.25 * inner, options.shapes_of, errors);
 }
 
 double linear_pose_error(const Structure& structure, const Surface& surface, const Motion& motion) {

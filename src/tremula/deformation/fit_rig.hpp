@@ -22,19 +22,22 @@ struct RigOptions {
   // sway, so that it does not stand still, and a twentieth of the tolerance at least.
   double tolerance = 0.05;
   int max_joints = 0;  // at most so many, whatever error that costs; 0: as many as the tolerance takes
+  int shapes_of = -1;  // the clip whose shapes are told (Rig::shapes); -1: none
 };
 
 // A motion of the tree that becomes a clip.
 struct ClipSource {
   std::string name;
   const Motion* motion = nullptr;
+  double wind_speed = 0;  // that made it [m/s]
 };
 
 // One rig for all clips. Rig::largest_error is measured on all vertices at instants of every clip, on and
 // between samples, from the numbers that are stored; above the tolerance only where max_joints or the length
 // of the branches keeps it there. The same arguments give the same rig on any number of threads. Throws
 // InputError for a structure that is no tree, a motion that does not bend (Motion::lean_strains) or is not of
-// this structure, a surface that is not, a tolerance that is not above 0, and max_joints below 0 or 1.
+// this structure, a surface that is not, a tolerance that is not above 0, max_joints below 0 or 1, and
+// shapes of a clip that is not there.
 Rig fit_rig(const Structure& structure, const Surface& surface, std::span<const ClipSource> clips,
             const RigOptions& options);
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "tremula/base/types.hpp"
+#include "tremula/dynamics/basis.hpp"
 #include "tremula/geometry/surface.hpp"
 
 #include <array>
@@ -44,15 +45,30 @@ struct JointTrack {
 // One loop of all joints.
 struct RigClip {
   std::string name;
+  double wind_speed = 0;           // that made it, mean at its reference height [m/s]
   double period = 0;               // [s]
   int sample_count = 0;            // M samples at equidistant instants
   std::vector<JointTrack> tracks;  // of every joint
+};
+
+// What the shapes of one clip do to the joints, to look at them one by one. Small turns about the lean, to
+// first order in the coordinates: against its parent a joint turns by
+//
+//   exp(turn_lean) exp(sum over c of y_c turn_c),   and one that travels moves by travel_lean + sum y_c
+//   travel_c
+struct RigShapes {
+  int clip = -1;                 // whose they are; -1: nobody asked
+  std::vector<ShapeKind> kind;   // (c) the lean first
+  Eigen::VectorXd frequency;     // (c) [Hz]; 0 for the lean
+  Eigen::MatrixXd coordinates;   // (M x c) y at every sample of the clip; 1 for the lean
+  Eigen::MatrixXf turn, travel;  // (3 joints x c) for a coordinate of 1 [rad, m]
 };
 
 struct Rig {
   std::vector<RigJoint> joints;     // parents before children; the first is the root and stands still
   std::vector<JointShares> shares;  // (V) of every vertex of the surface
   std::vector<RigClip> clips;
+  RigShapes shapes = {};
   double largest_error = 0;             // that was measured, of any vertex against the bent pose [m]
   Vec3 low = Vec3::Zero(), high = low;  // bounds of the skin over all that was measured [m]
 

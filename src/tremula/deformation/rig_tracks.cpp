@@ -1,5 +1,7 @@
 #include "tremula/deformation/rig_tracks.hpp"
 
+#include "tremula/numerics/rotation.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -219,6 +221,55 @@ SampledTurns sample_turns(const BentLean& lean, const Motion& motion, const Plac
     }
   }
   return sampled;
+}
+
+RigShapes sample_shapes(const BentLean& lean, const Motion& motion, const Places& places, const Axes& axes,
+                        const Joints& joints) {
+  const Eigen::Index shapes = motion.coordinates.cols();
+  // The lean alone, and then every shape as far out as it goes to the one side and to the other.
+  Motion posed = motion;
+  posed.coordinates.setZero(1 + 2 * shapes, shapes);
+  posed.period = 1;
+  Eigen::VectorXd size = motion.coordinates.cwiseAbs().colwise().maxCoeff();
+  for (Eigen::Index c = 0; c < shapes; ++c) {
+    if (motion.basis.kind[index_of(c)] == ShapeKind::lean) {
+      posed.coordinates.col(c).setOnes();
+      size[c] = 0;
+    } else {
+      posed.coordinates(1 + 2 * c, c) = size[c];
+      posed.coordinates(2 + 2 * c, c) = -size[c];
+    }
+  }
+  const SampledTurns sampled = sample_turns(lean, posed, places, axes, joints);
+  const auto count = static_cast<Eigen::Index>(sampled.turn.size());
+  RigShapes result{.kind = motion.basis.kind,
+                   .frequency = motion.basis.frequency,
+                   .coordinates = motion.coordinates,
+                   .turn = Eigen::MatrixXf::Zero(3 * count, shapes),
+                   .travel = Eigen::MatrixXf::Zero(3 * count, shapes)};
+  const auto vector_of = [](const Eigen::Quaterniond& turn) {
+    return rotation_vector(turn.toRotationMatrix());
+  };
+  tbb::parallel_for(Eigen::Index{1}, count, [&](Eigen::Index j) {
+    const std::vector<Eigen::Quaterniond>& turn = sampled.turn[index_of(j)];
+    const std::vector<Vec3>& place = sampled.position[index_of(j)];
+    const Segment& segment = *joints.segments[index_of(j - 1)];
+    const Vec3 rest = segment.rest - (segment.parent() == nullptr ? Vec3::Zero() : segment.parent()->rest);
+    for (Eigen::Index c = 0; c < shapes; ++c) {
+      const bool is_lean = motion.basis.kind[index_of(c)] == ShapeKind::lean;
+      if (!is_lean && size[c] == 0) continue;
+      const auto out = index_of(1 + 2 * c), back = index_of(2 + 2 * c);
+      const Eigen::Quaterniond undo = turn[0].conjugate();
+      const Vec3 turned =
+          is_lean ? vector_of(turn[0])
+                  : Vec3((vector_of(undo * turn[out]) - vector_of(undo * turn[back])) / (2 * size[c]));
+      result.turn.col(c).segment<3>(3 * j) = turned.cast<float>();
+      if (place.empty()) continue;
+      const Vec3 moved = is_lean ? Vec3(place[0] - rest) : Vec3((place[out] - place[back]) / (2 * size[c]));
+      result.travel.col(c).segment<3>(3 * j) = moved.cast<float>();
+    }
+  });
+  return result;
 }
 
 RigClip thin_turns(const SampledTurns& sampled, const std::vector<RigJoint>& joints,

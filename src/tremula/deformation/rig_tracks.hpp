@@ -24,6 +24,10 @@ struct SampledTurns {
 SampledTurns sample_turns(const BentLean& lean, const Motion& motion, const Places& places, const Axes& axes,
                           const Joints& joints);
 
+// The shapes of a motion, and how they turn the joints: by differences about the lean.
+RigShapes sample_shapes(const BentLean& lean, const Motion& motion, const Places& places, const Axes& axes,
+                        const Joints& joints);
+
 // Stored and thinned: as few keys as keep the angle times `extent` (of what hangs on the joint [m]) below the
 // tolerance [m].
 RigClip thin_turns(const SampledTurns& sampled, const std::vector<RigJoint>& joints,

@@ -26,6 +26,7 @@ namespace tremula {
 
 struct GltfOptions {
   MeshCompression compression = MeshCompression::quantised;
+  bool shapes = false;  // of the file on bones: also Rig::shapes, for the page
 };
 
 // The same arguments give the same bytes. Throws Error when the surface has no triangles, when a number is
@@ -38,8 +39,10 @@ std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const
 // turns in 16 bits. The root joint carries the place of the instance; every instance has joints and channels
 // of its own. Vertices have at most four weights, in 8 bits. A player that does not play shows the plant at
 // rest. Quantised, the scale stands in the inverse bind matrices. The scene's extras say besides what of the
-// morphed file they say, without shapes, the bounds of the skin in motion ("bounds_m", y up) and the error
-// ("largest_error_m"). The mesh's own bounds are those at rest, as the format has it.
+// morphed file they say, without shapes, the wind speed of every clip ("clips"), the bounds of the skin in
+// motion ("bounds_m", y up) and the error ("largest_error_m"). The mesh's own bounds are those at rest, as
+// the format has it. With shapes, "shapes" in the extras says of which clip they are, their kinds, and the
+// accessors of their numbers, each shape's turns in steps of its own.
 std::string encode_glb(const Loop& loop, const Rig& rig, const GltfOptions& options = {});
 
 // Throws Error, also when the file cannot be written, and then leaves none behind.

@@ -67,18 +67,16 @@ std::string escape(std::string_view text) {
   return result;
 }
 
-}  // namespace
-
-bool can_write_html() { return !viewer_page().empty(); }
-
-std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts) {
+void check_can_write() {
   if (!can_write_html()) {
     throw Error(
         ".html: this program was built without the viewer; build it where node and npm are installed");
   }
+}
+
+std::string page_around(std::string glb, const std::string& name) {
   const std::string_view page = viewer_page();
   const std::size_t title = page.find(title_mark), loop = page.find(loop_mark);
-  std::string glb = encode_glb(surface, morphs, facts, {.compression = MeshCompression::meshopt});
   const std::string packed = gzip(glb);
   const std::size_t encoded_size = base64_size(packed.size());
   if (encoded_size > max_encoded_size) {
@@ -86,15 +84,30 @@ std::string encode_html(const Surface& surface, const MorphTargets& morphs, cons
                 " bytes and browsers open at most " + std::to_string(max_encoded_size) +
                 ": ask for fewer modes or a coarser surface");
   }
-
   std::string html;
-  html.reserve(page.size() + encoded_size + facts.name.size() + 64);
+  html.reserve(page.size() + encoded_size + name.size() + 64);
   html += page.substr(0, title);
-  html += escape(facts.name);
+  html += escape(name);
   html += page.substr(title + title_mark.size(), loop - title - title_mark.size());
   append_base64(html, packed);
   html += page.substr(loop + loop_mark.size());
   return html;
+}
+
+}  // namespace
+
+bool can_write_html() { return !viewer_page().empty(); }
+
+std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts) {
+  check_can_write();
+  return page_around(encode_glb(surface, morphs, facts, {.compression = MeshCompression::meshopt}),
+                     facts.name);
+}
+
+std::string encode_html(const Loop& loop, const Rig& rig) {
+  check_can_write();
+  return page_around(encode_glb(loop, rig, {.compression = MeshCompression::meshopt, .shapes = true}),
+                     loop.facts.name);
 }
 
 void write_html(const std::string& path, const Surface& surface, const MorphTargets& morphs,

@@ -1,6 +1,6 @@
 // One self-contained page (.html) that plays a loop: the viewer of viewer/, which is compiled into this
-// library, and the loop itself as glTF with signed weights, packed by meshopt and gzip. It asks the network
-// for nothing.
+// library, and the loop itself as glTF, packed by meshopt and gzip: on bones where it has some, else as morph
+// targets with signed weights. It asks the network for nothing.
 #pragma once
 
 #include "tremula/io/gltf.hpp"
@@ -15,6 +15,9 @@ bool can_write_html();
 // `morphs` in the form MorphForm::signed_weights. The same arguments give the same bytes. Throws Error as
 // encode_glb() does, and when the page would be larger than browsers open.
 std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts);
+
+// On bones (Loop::rig). Throws as encode_glb() does.
+std::string encode_html(const Loop& loop, const Rig& rig);
 
 // Throws Error, also when the file cannot be written, and then leaves none behind.
 void write_html(const std::string& path, const Surface& surface, const MorphTargets& morphs,

@@ -38,9 +38,11 @@ constexpr LoopWriter writers[] = {
      }},
     {"html", "plays in a browser",
      [](const Loop& loop, const LoopWriteOptions&) {
+       if (loop.rig) return encode_html(loop, *loop.rig);
        return encode_html(*loop.rest, make_morph_targets(loop, MorphForm::signed_weights), loop.facts);
      },
-     [](const LoopSize& size, const LoopWriteOptions&) {
+     [](const LoopSize& size, const LoopWriteOptions& options) {
+       if (options.on_bones) return 1e6 + 4.0 / 3 * (20 * size.vertex_count + rig_size(size));
        return 1e6 +
               4.0 / 3 * targets_size(size, size.mode_count + most_static_shapes, MeshCompression::meshopt);
      }},

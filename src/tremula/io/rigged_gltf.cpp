@@ -243,6 +243,11 @@ Json make_nodes(const Rig& rig, const std::vector<Instance>& instances, const st
   return nodes;
 }
 
+void check_finite_shapes(const RigShapes& shapes) {
+  if (!shapes.turn.allFinite() || !shapes.travel.allFinite() || !shapes.coordinates.allFinite())
+    throw Error("glTF: a shape of the rig is not finite");
+}
+
 void check_fit(const Loop& loop, const Rig& rig) {
   const Surface& surface = *loop.rest;
   if (std::all_of(surface.parts.begin(), surface.parts.end(),
@@ -258,6 +263,7 @@ void check_fit(const Loop& loop, const Rig& rig) {
   if (rig.joints.empty() || rig.joints.size() > 65535) {
     throw Error("glTF: the rig has " + std::to_string(rig.joints.size()) + " joints, wanted 1 to 65535");
   }
+  check_finite_shapes(rig.shapes);
   for (const RigClip& clip : rig.clips) {
     if (clip.tracks.size() != rig.joints.size()) {
       throw Error("glTF: clip '" + clip.name + "' has " + std::to_string(clip.tracks.size()) +
@@ -274,15 +280,55 @@ Json frequencies_of(const Loop& loop) {
   return frequencies;
 }
 
+// Vectors of all joints under each shape, (joints x shapes) in whole numbers of a step for each shape.
+Json add_shape_vectors(GlbBuilder& builder, const Eigen::MatrixXf& of_joints) {
+  Json steps = Json::array();
+  Vectors<std::int16_t> all;
+  for (Eigen::Index c = 0; c < of_joints.cols(); ++c) {
+    const float largest = of_joints.col(c).lpNorm<Eigen::Infinity>();
+    const float step = largest > 0 ? largest / 32767 : 1;
+    steps.push_back(step);
+    for (Eigen::Index row = 0; row < of_joints.rows(); row += 3)
+      all.push_back(stored<std::int16_t>(y_up(of_joints.col(c).segment<3>(row)), step, 0));
+  }
+  return {{"accessor", builder.add_attribute(all)}, {"steps", std::move(steps)}};
+}
+
+Json add_shapes(GlbBuilder& builder, const RigShapes& shapes) {
+  Json kinds = Json::array(), frequencies = Json::array();
+  for (std::size_t c = 0; c < shapes.kind.size(); ++c) {
+    kinds.push_back(name_of(shapes.kind[c]));
+    frequencies.push_back(shapes.frequency[static_cast<Eigen::Index>(c)]);
+  }
+  // Of every shape as parts of how far it goes.
+  const Eigen::VectorXd size = shapes.coordinates.cwiseAbs().colwise().maxCoeff().cwiseMax(1e-300);
+  std::vector<float> weights;
+  for (Eigen::Index p = 0; p < shapes.coordinates.rows(); ++p) {
+    for (Eigen::Index c = 0; c < shapes.coordinates.cols(); ++c)
+      weights.push_back(static_cast<float>(shapes.coordinates(p, c) / size[c]));
+  }
+  const Eigen::VectorXf unit = size.cast<float>();
+  return {{"clip", shapes.clip},
+          {"kinds", std::move(kinds)},
+          {"frequencies_hz", std::move(frequencies)},
+          {"weights", builder.add_numbers(weights)},
+          {"turns", add_shape_vectors(builder, shapes.turn * unit.asDiagonal())},
+          {"travels", add_shape_vectors(builder, shapes.travel * unit.asDiagonal())}};
+}
+
 Json make_extras(const Loop& loop, const Rig& rig) {
   const Vec3 low(rig.low.x(), rig.low.z(), -rig.high.y()), high(rig.high.x(), rig.high.z(), -rig.low.y());
   const auto numbers = [](const Vec3& v) { return Json({v.x(), v.y(), v.z()}); };
+  Json clips = Json::array();
+  for (const RigClip& clip : rig.clips)
+    clips.push_back({{"name", clip.name}, {"wind_speed_m_s", clip.wind_speed}});
   return {{"period_s", loop.period},
           {"frames_per_second", loop.facts.frames_per_second},
           {"wind_speed_m_s", loop.facts.wind_speed},
           {"heading_deg", loop.facts.heading},
           {"seed", loop.facts.seed},
           {"frequencies_hz", frequencies_of(loop)},
+          {"clips", std::move(clips)},
           {"bounds_m", {numbers(low), numbers(high)}},
           {"largest_error_m", rig.largest_error}};
 }
@@ -328,6 +374,9 @@ std::string encode_glb(const Loop& loop, const Rig& rig, const GltfOptions& opti
     Json extensions = Json::array({"KHR_mesh_quantization"});
     if (options.compression == MeshCompression::meshopt) extensions.push_back("EXT_meshopt_compression");
     document["extensionsUsed"] = document["extensionsRequired"] = extensions;
+  }
+  if (options.shapes && rig.shapes.clip >= 0) {
+    document["scenes"][0]["extras"]["tremula"]["shapes"] = add_shapes(builder, rig.shapes);
   }
   WrittenTimes written;
   for (const RigClip& clip : rig.clips) {

@@ -1,0 +1,222 @@
+// The flags of tremula animate, and which of them have no use together.
+
+#include "tremula/io/html.hpp"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include "animate.hpp"
+#include "commands.hpp"
+#include "usage.hpp"
+
+namespace tremula::cli {
+namespace {
+
+constexpr const char* wind_group = "Wind";
+
+std::vector<std::string> flags_in_group(const CLI::App& command, const char* group,
+                                        std::initializer_list<std::string_view> but) {
+  std::vector<std::string> flags;
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string name = option->get_name();
+    if (option->get_group() == group && std::find(but.begin(), but.end(), name) == but.end())
+      flags.push_back(name);
+  }
+  return flags;
+}
+
+}  // namespace
+
+void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const {
+  const auto writes = [&](std::string_view name) {
+    return std::any_of(writers.begin(), writers.end(),
+                       [&](const LoopWriter* each) { return each->extension == name; });
+  };
+  const bool table = writes("csv"), model = writes("glb"), skin = model || writes("html");
+  const std::string with_wind = "given with --wind " + wind;
+  const IdleFlags rules[] = {
+      {writers.empty(), "given without -o", "an output that it shapes", {"--format"}},
+      {!table, "given without a table of poses", "-o FILE.csv", {"--frames"}},
+      {!table && report.empty(),
+       "given without a table or a report",
+       "-o FILE.csv or --report FILE.json",
+       {"--gauge"}},
+      {!model, "given without a .glb", "-o FILE.glb", {"--morphs", "--compress"}},
+      {!skin,
+       "given without a .glb or a page",
+       "-o FILE.glb or FILE.html",
+       {"--form", "--tolerance", "--max-joints", "--clip"}},
+      {clip_texts.empty(), "given without --clip", "--clip NAME:SPEED", {"--mean-only"}},
+      {!clip_texts.empty(), "given with --clip, which has a wind speed", "one of them", {"--wind-speed"}},
+      {!clip_texts.empty(), "given with --clip, which bends bones", "one of them", {"--morphs"}},
+      {is_field(), with_wind, "--wind turbulent: a field has a speed of its own", {"--clip"}},
+      {form == "skin", "given with --form skin", "--form morph, whose targets it shapes", {"--morphs"}},
+      {form == "morph",
+       "given with --form morph",
+       "--form skin, whose joints it counts",
+       {"--max-joints", "--tolerance", "--clip"}},
+      {form.empty() && flags.count("--morphs") > 0,
+       "given with --morphs",
+       "one of them",
+       {"--max-joints", "--tolerance"}},
+      {loads.pose == "linear" || loads.model == "paper",
+       "given where displacements superpose (--pose linear, --loads paper)",
+       "--pose bent: joints only turn",
+       {"--max-joints", "--tolerance", "--clip"}},
+      {is_field(), with_wind, "--wind turbulent: a field is taken as it is",
+       flags_in_group(flags, wind_group, {"--wind", "--heading"})},
+      {is_field(), with_wind, "--wind turbulent: a field has one realisation", {"--transfer"}},
+      {is_stam(), with_wind, "--wind turbulent",
+       flags_in_group(flags, wind_group,
+                      {"--wind", "--wind-speed", "--reference-height", "--heading", "--terrain", "--profile",
+                       "--turbulence-intensity", "--friction-velocity", "--power-exponent",
+                       "--roughness-length", "--displacement", "--canopy-height", "--canopy-decay", "--seed",
+                       "--correlation-time", "--correlation-length"})},
+      {!is_stam(),
+       with_wind,
+       "--wind stam or stam-printed, whose filter it sets",
+       {"--correlation-time", "--correlation-length"}},
+      {mass_damping.has_value(),
+       "given with --mass-damping",
+       "one of them",
+       {"--damping-ratio", "--stiffness-damping"}},
+      {stiffness_damping.has_value(), "given with --stiffness-damping", "one of them", {"--damping-ratio"}},
+  };
+  refuse_idle_flags(flags, rules);
+  loads.check(flags);
+  for (std::size_t i = 0; i < writers.size() && !clip_texts.empty(); ++i) {
+    if (writers[i]->extension != "glb" && writers[i]->extension != "html")
+      throw InputError("-o " + outputs[i], "given with --clip", "a .glb or .html: no other output has clips");
+  }
+}
+
+// Bones for all that bends, unless somebody asks for targets.
+bool AnimateCommand::on_bones(const CLI::App& flags, const Plant& plant) const {
+  if (form == "morph" || flags.count("--morphs") > 0) return false;
+  if (!plant.frame && loads.pose == "bent" && loads.model != "paper") return true;
+  for (const char* flag : {"--clip", "--max-joints", "--tolerance", "--form"}) {
+    if (flags.count(flag) == 0) continue;
+    throw InputError(form == "skin" ? "--form skin" : flag,
+                     plant.frame ? "given with a frame" : "given with linear poses",
+                     "--form morph, or a tree with --pose bent");
+  }
+  return false;
+}
+
+void add_animate(CLI::App& app) {
+  auto command = std::make_shared<AnimateCommand>();
+  CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
+  sub.add_option("INPUT", command->input,
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame "
+                 "(.toml) or a preset")
+      ->required();
+  sub.add_option(
+      "-o,--output", command->outputs,
+      "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
+      "per frame), .png (contact sheet); - is standard output; may be repeated");
+  sub.add_option("--format", command->format,
+                 "glb, html, csv or png, for an output whose name does not say it (-o -)")
+      ->check(CLI::IsMember({"glb", "html", "csv", "png"}));
+  sub.add_option("--report", command->report,
+                 "What was done, as JSON: settings, frequencies, seconds and memory");
+  sub.add_option(
+         "--gauge", command->gauges,
+         "Where to read bending moment, shear, axial force, torsion and strain: base, stem:1.3 (metres along "
+         "the stem) or branch:12:0.5; may be repeated. Into the .csv instead of poses, and into the report")
+      ->take_all();
+  sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
+  sub.add_option("--form", command->form,
+                 "Of .glb and .html. skin: bones, which bend; morph: targets, which stretch what sways far "
+                 "(skin; morph for "
+                 "frames, linear poses and with --morphs)")
+      ->check(CLI::IsMember({"skin", "morph"}))
+      ->group(bones_group);
+  sub.add_option(
+         "--tolerance", command->tolerance,
+         "How far the skin of .glb and .html may be off the poses, as a part of the height of the plant")
+      ->capture_default_str()
+      ->group(bones_group);
+  sub.add_option("--clip", command->clip_texts,
+                 "A wind of its own in .glb and .html, by name and speed [m/s]: calm:2; may be repeated. All "
+                 "have the "
+                 "same joints, period and gusts, so that an engine can fade from one to another")
+      ->take_all()
+      ->group(bones_group);
+  sub.add_flag("--mean-only", command->mean_only,
+               "Clips are the lean in the mean wind alone, for an engine that adds the gusts")
+      ->group(bones_group);
+  sub.add_option("--max-joints", command->max_joints,
+                 "At most so many bones, whatever error that costs (what --tolerance takes)")
+      ->group(bones_group);
+  sub.add_option(
+         "--morphs", command->morphs,
+         "Targets in .glb. biased: one a mode, weights 0 to 1 (plays everywhere); paired: a plus and a minus "
+         "target a mode; signed: one a mode, weights of either sign, which Blender clamps")
+      ->check(CLI::IsMember(morph_forms))
+      ->capture_default_str();
+  sub.add_option(
+         "--compress", command->compression,
+         "Of .glb. quantised: 16 and 8 bits (Blender, three.js); meshopt: those packed to a fifth (three.js, "
+         "not Blender 3.4); none: floats, for Godot and whatever knows no extensions")
+      ->check(CLI::IsMember(compressions))
+      ->capture_default_str();
+  sub.add_option("--modes", command->mode_count, "How many of the lowest modes move the plant; -1: all")
+      ->capture_default_str();
+
+  const char* wind = wind_group;
+  sub.add_option(
+         "--wind", command->wind,
+         "turbulent: gusts that travel (Shinya & Fournier, or --spectrum); stam: eq. 8 of Stam with unit "
+         "variance and a spectrum; stam-printed: eq. 8 as printed, white; or a field FILE.bts (TurbSim)")
+      ->capture_default_str()
+      ->group(wind);
+  sub.add_option("--wind-model", command->wind, "The same")->group("");
+  command->wind_flags.add_to(sub, true);
+  sub.add_option("--correlation-time", command->correlation_time, "t_c of Stam's filter [s]")
+      ->default_str("1")
+      ->group(wind);
+  sub.add_option("--correlation-length", command->correlation_length, "d_c of Stam's filter [m]")
+      ->default_str("4")
+      ->group(wind);
+
+  const char* motion = "Motion";
+  sub.add_option("--period", command->period, "Length of the loop [s]")->capture_default_str()->group(motion);
+  sub.add_option("--fps", command->frames_per_second, "Frames per second [1/s]")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--damping-ratio", command->damping_ratio, "Of every mode, 1 is critical")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--mass-damping", command->mass_damping,
+                 "alpha of C = alpha M (Stam) instead of the ratio [1/s]")
+      ->group(motion);
+  sub.add_option("--stiffness-damping", command->stiffness_damping,
+                 "c of c omega^2 (Shinya & Fournier) instead of the ratio [s]")
+      ->group(motion);
+  sub.add_flag("--no-aerodynamic-damping", command->no_aerodynamic_damping,
+               "Only the damping of the wood; by default the wind damps what moves in it, too")
+      ->group(motion);
+  sub.add_option("--transfer", command->transfer,
+                 "bin-averaged: right variance for every period; sampled: as in the papers")
+      ->check(CLI::IsMember({"bin-averaged", "sampled"}))
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_flag("--no-static-correction", command->no_static_correction,
+               "Leave out the static shapes that stand for the modes beyond --modes")
+      ->group(motion);
+  command->loads.add_to(sub, motion);
+  command->read.add_to(sub);
+  command->structure.add_to(sub);
+  command->threads.add_to(sub);
+  sub.footer(
+      "Examples:\n"
+      "  tremula animate tree.swc -o tree.glb\n"
+      "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
+      "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
+      "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
+      "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
+  sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
+}
+
+}  // namespace tremula::cli

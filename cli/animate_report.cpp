@@ -1,0 +1,130 @@
+// What tremula animate tells of a run, as JSON.
+
+#include "tremula/dynamics/gauge.hpp"
+#include "tremula/dynamics/motion_statistics.hpp"
+
+#include <algorithm>
+
+#include "animate.hpp"
+
+namespace tremula::cli {
+namespace {
+
+Json describe(const Sway& sway) {
+  return {{"largest_m", sway.displacement},
+          {"largest_rotation_rad", sway.rotation},
+          {"most_moved_branch", sway.branch},
+          {"coordinates_m_sqrt_kg", std::vector<double>(sway.coordinates.begin(), sway.coordinates.end())}};
+}
+
+Json describe(const MotionStatistics& statistics) {
+  return {{"largest_lean_m", statistics.largest_lean},
+          {"largest_lean_rotation_rad", statistics.largest_lean_rotation},
+          {"rms_about_lean", describe(statistics.about_lean)},
+          {"rms_about_loop_mean", describe(statistics.about_mean)},
+          {"largest_stretch", statistics.largest_stretch},
+          {"most_stretched_branch", statistics.most_stretched_branch}};
+}
+
+Json describe(const Extremes& of) {
+  return {{"mean", of.mean},
+          {"rms", of.rms},
+          {"peak", of.peak},
+          {"skewness", of.skewness},
+          {"peak_factor_of_600_s", of.peak_factor},
+          {"expected_peak_of_600_s", of.expected_peak}};
+}
+
+Json describe(const std::vector<GaugeSeries>& gauges) {
+  Json list = Json::array();
+  for (const GaugeSeries& series : gauges) {
+    const auto of = [&](const Eigen::VectorXd& values) {
+      return describe(extremes_of(values, series.period));
+    };
+    list.push_back({{"gauge", series.gauge},
+                    {"bending_moment_n_m", of(series.bending_moment)},
+                    {"along_n_m", of(series.along_wind)},
+                    {"across_n_m", of(series.across_wind)},
+                    {"shear_n", of(series.shear)},
+                    {"axial_n", of(series.axial)},
+                    {"torsion_n_m", of(series.torsion)},
+                    {"strain", of(series.strain)}});
+  }
+  return list;
+}
+
+Json describe(const std::optional<WrittenModel>& model) {
+  if (!model) return {};
+  return {{"form", model->form},
+          {"joints", model->joints},
+          {"clips", model->clips},
+          {"keys", model->keys},
+          {"largest_error_m", model->largest_error},
+          {"bytes", model->bytes}};
+}
+
+// Of the plant as it stands in the mean wind.
+std::vector<double> frequencies_of_modes(const Loop& loop) {
+  std::vector<double> frequencies;
+  for (std::size_t c = 0; c < loop.kind.size(); ++c) {
+    if (loop.kind[c] == ShapeKind::mode) frequencies.push_back(loop.frequency[static_cast<Eigen::Index>(c)]);
+  }
+  return frequencies;
+}
+
+}  // namespace
+
+Json stresses(const Motion& motion, const Skeleton& skeleton, const Material& material, double heading) {
+  Json list = Json::array();
+  for (const GaugeReading& reading : motion.most_strained) {
+    const Eigen::VectorXd stress = material.youngs_modulus * gauge_series(reading, motion, heading).strain;
+    const Extremes extremes = extremes_of(stress, motion.period);
+    const double strength = material.modulus_of_rupture;
+    const Vec3& foot = skeleton.branches[index_of(reading.gauge.branch)].start;
+    list.push_back(
+        {{"branch", reading.gauge.branch},
+         {"foot_m", {foot.x(), foot.y(), foot.z()}},
+         {"radius_m", reading.radius},
+         {"stress_pa", describe(extremes)},
+         {"share_of_modulus_of_rupture", strength > 0 ? Json(extremes.expected_peak / strength) : Json()}});
+  }
+  return list;
+}
+
+Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
+  const Eigen::VectorXd& frequency = done.subject.modes.frequency;
+  Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
+  settings.update(cli::describe(loads));
+  settings.update(Json(
+      {{"damping_ratio", mass_damping || stiffness_damping ? Json() : Json(damping_ratio)},
+       {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
+       {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
+       {"aerodynamic_damping", !no_aerodynamic_damping},
+       {"transfer", transfer},
+       {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
+       {"period_s", period},
+       {"frames_per_second", frames_per_second},
+       {"samples", done.conditions.loop.sample_count},
+       {"seed", wind_flags.seed}}));
+  return {
+      {"tremula", TREMULA_VERSION},
+      {"input", input},
+      {"plant", cli::describe(done.plant)},
+      {"structure",
+       done.plant.frame ? Json() : cli::describe(done.structure, done.subject.structure.find_load_margin())},
+      {"settings", settings},
+      {"warnings", done.warnings},
+      {"mode_count", done.subject.modes.count()},
+      {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
+      {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
+      {"motion", describe(done.statistics)},
+      {"gauges", describe(done.gauges)},
+      {"most_stressed_branches", done.most_stressed},
+      {"glb", describe(done.model)},
+      {"clips", clip_texts},
+      {"outputs", outputs},
+      {"stages", log.json()},
+      {"peak_bytes", peak_bytes()}};
+}
+
+}  // namespace tremula::cli
