@@ -3,6 +3,8 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
+#include "tremula/deformation/sheet_pose.hpp"
+#include "tremula/dynamics/flutter.hpp"
 #include "tremula/io/gauge_table.hpp"
 #include "tremula/io/html.hpp"
 #include "tremula/io/turbsim.hpp"
@@ -11,8 +13,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <numeric>
 
 #include "animate.hpp"
@@ -88,6 +92,11 @@ std::vector<std::string> check_size(const LoopSize& size, const LoopWriteOptions
 Surface skin_of(const Plant& plant) {
   SurfaceOptions options;
   const PlantColors& colors = plant.imported.colors;
+  if (plant.sheet) {
+    const Eigen::Vector3f grey(0.7F, 0.7F, 0.7F);
+    return sheet_surface(*plant.sheet,
+                         {.name = "cloth", .color = colors.leaf.value_or(grey), .two_sided = true});
+  }
   options.tube.color = colors.bark.value_or(options.tube.color);
   options.leaf.color = colors.leaf.value_or(options.leaf.color);
   if (plant.frame) options.tube = {.name = "timber", .color = {0.62F, 0.49F, 0.34F}};
@@ -96,11 +105,30 @@ Surface skin_of(const Plant& plant) {
 
 LoopSize loop_size(const Plant& plant, const Surface& surface, int mode_count, int sample_count,
                    std::size_t frame_count) {
-  return {.node_count = static_cast<double>(plant.imported.skeleton.node_count()),
+  const int nodes = plant.sheet ? plant.sheet->node_count() : plant.imported.skeleton.node_count();
+  return {.node_count = static_cast<double>(nodes),
           .vertex_count = static_cast<double>(surface.vertex_count()),
           .mode_count = static_cast<double>(mode_count),
           .sample_count = static_cast<double>(sample_count),
           .frame_count = static_cast<double>(frame_count)};
+}
+
+// The presets are made for a wind along x: about the vertical through the origin.
+void turn_into_wind(Sheet& sheet, double heading) {
+  const Eigen::AngleAxisd turn(heading * std::numbers::pi / 180, Vec3::UnitZ());
+  for (Vec3* vector : {&sheet.corner, &sheet.along_width, &sheet.along_height}) *vector = turn * *vector;
+}
+
+// That a sheet flaps by itself in this wind, which a motion about rest does not show; none for others.
+std::vector<std::string> flutter_warning(const Sheet& sheet, const SheetOptions& options, const Vec3& wind) {
+  const double speed = wind.norm();
+  if (!(speed > 0) || std::abs(wind.dot(sheet.normal())) > 0.5 * speed) return {};
+  const FlutterOnset onset = find_flutter(sheet, options, wind / speed, speed);
+  if (!std::isfinite(onset.speed)) return {};
+  return {
+      printed("in a wind of %.3g m/s this sheet is above its flutter speed of %.3g m/s (%.2g Hz): it "
+              "would flap by itself, and what is made is its sway about rest",
+              speed, onset.speed, onset.frequency)};
 }
 
 // Takes the shapes of the modes and leaves the rest of the subject.
@@ -298,6 +326,7 @@ RigOptions AnimateCommand::rig_options(const Subject& subject) const {
 Plant AnimateCommand::read_plant(StageLog& log) const {
   log.begin("read");
   Plant plant = under_weight(open_plant(input, read), structure);
+  if (plant.sheet && !std::filesystem::exists(input)) turn_into_wind(*plant.sheet, wind_flags.heading);
   log.finish();
   print_warnings(plant);
   return plant;
@@ -305,15 +334,32 @@ Plant AnimateCommand::read_plant(StageLog& log) const {
 
 // How many move the plant: all that it has, where more are asked for.
 int AnimateCommand::modes_of(const Plant& plant, WarningLog& warnings) const {
-  const int most = plant.frame ? free_rows(*plant.frame) : 6 * plant.imported.skeleton.branch_count();
+  const int most = plant.sheet   ? static_cast<int>(assemble_sheet(*plant.sheet, {.gravity = 0}).size())
+                   : plant.frame ? free_rows(*plant.frame)
+                                 : 6 * plant.imported.skeleton.branch_count();
   if (mode_count <= most) return mode_count < 0 ? most : mode_count;
   warnings.add({"--modes " + std::to_string(mode_count) + ": the plant has " + std::to_string(most) +
                 ", and all are taken"});
   return most;
 }
 
-Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, const Progress& progress,
-                                   WarningLog& warnings) const {
+// The mean wind drags along the sheet and so pulls it straight.
+Subject AnimateCommand::bake_sheet(const Sheet& sheet, BakeOptions options, const Wind& blowing,
+                                   const Progress& progress, WarningLog& warnings) const {
+  options.sheet = structure.sheet_options(input);
+  Vec3 mean = Vec3::Zero();
+  if (blowing.statistics) {
+    mean = blowing.statistics(sheet.position({sheet.width / 2, sheet.height / 2})).mean;
+    options.sheet.pull = drag_along(sheet, mean, options.sheet.fluid_density);
+  }
+  Subject subject = in_file(input, [&] { return bake(sheet, options, progress); });
+  warnings.add(flutter_warning(sheet, options.sheet, mean));
+  return subject;
+}
+
+Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, const Wind& blowing,
+                                   const Progress& progress, WarningLog& warnings) const {
+  if (plant.sheet) return bake_sheet(*plant.sheet, options, blowing, progress, warnings);
   if (plant.frame) {
     options.frame = structure.frame_options(input);
     return bake(*plant.frame, options, progress);
@@ -425,7 +471,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
     conditions.wind = add_waves(conditions.wind, *sea);
   }
   conditions.gauges = placed_gauges(plant);
-  if (!report.empty() && !plant.frame) conditions.most_strained = 10;
+  if (!report.empty() && plant.is_tree()) conditions.most_strained = 10;
   const int modes = modes_of(plant, warnings);
   if (mode_count > modes) options.modes.count = all_modes;
   log.begin("surface");
@@ -434,14 +480,16 @@ void AnimateCommand::run(const CLI::App& flags) const {
   warnings.add(check_size(loop_size(plant, surface, modes, conditions.loop.sample_count, poses.size()),
                           write_options, writers, outputs));
 
-  Subject subject = bake_plant(plant, options, progress, warnings);
+  Subject subject = bake_plant(plant, options, conditions.wind, progress, warnings);
   const auto writes = [&](std::string_view extension) {
     return std::any_of(writers.begin(), writers.end(),
                        [&](const LoopWriter* each) { return each->extension == extension; });
   };
   // Bent poses superpose nothing; morph targets do, whatever the poses.
   const bool has_skin = writes("glb") || writes("html");
-  const bool superposed = plant.frame || loads.pose == "linear" || (has_skin && !write_options.on_bones);
+  const bool flat = plant.sheet && (loads.pose == "linear" || loads.model == "paper");
+  const bool superposed =
+      plant.sheet ? flat : plant.frame || loads.pose == "linear" || (has_skin && !write_options.on_bones);
   std::vector<Motion> other_clips = move_in_others(subject, conditions, clips, sea, progress, log, warnings);
   Moved moved = move_in_wind(subject, conditions, superposed, progress, log, warnings);
   std::vector<GaugeSeries> series;
@@ -465,7 +513,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
                                  ? linear_pose_error(subject.structure, surface, moved.motion)
                                  : 0;
   Loop loop = make_loop(subject.structure, std::move(surface), std::move(moved.motion),
-                        loop_facts(plant, conditions.wind.reference));
+                        loop_facts(plant, conditions.wind.reference), flat ? Poses::linear : Poses::bent);
   loop.rig = rig;
   const WrittenModel written = encode_outputs(loop, series, writers, write_options, model_error, log, files);
   if (!report.empty()) {

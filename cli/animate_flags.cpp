@@ -108,11 +108,11 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
 // Bones for all that bends, unless somebody asks for targets.
 bool AnimateCommand::on_bones(const CLI::App& flags, const Plant& plant) const {
   if (form == "morph" || flags.count("--morphs") > 0) return false;
-  if (!plant.frame && loads.pose == "bent" && loads.model != "paper") return true;
+  if (plant.is_tree() && loads.pose == "bent" && loads.model != "paper") return true;
   for (const char* flag : {"--clip", "--max-joints", "--tolerance", "--form"}) {
     if (flags.count(flag) == 0) continue;
     throw InputError(form == "skin" ? "--form skin" : flag,
-                     plant.frame ? "given with a frame" : "given with linear poses",
+                     plant.is_tree() ? "given with linear poses" : "given with " + std::string(plant.kind()),
                      "--form morph, or a tree with --pose bent");
   }
   return false;
@@ -122,8 +122,8 @@ void add_animate(CLI::App& app) {
   auto command = std::make_shared<AnimateCommand>();
   CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
   sub.add_option("INPUT", command->input,
-                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame "
-                 "(.toml) or a preset")
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame or "
+                 "a sheet (.toml), or a preset: a plant, or flag, banner, curtain")
       ->required();
   sub.add_option(
       "-o,--output", command->outputs,
@@ -244,6 +244,7 @@ void add_animate(CLI::App& app) {
       "  tremula animate tree.swc -o tree.glb\n"
       "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
       "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
+      "  tremula animate flag --wind-speed 8 -o flag.glb\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });

@@ -130,26 +130,26 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
        {"frames_per_second", frames_per_second},
        {"samples", done.conditions.loop.sample_count},
        {"seed", wind_flags.seed}}));
-  return {
-      {"tremula", TREMULA_VERSION},
-      {"input", input},
-      {"plant", cli::describe(done.plant)},
-      {"structure",
-       done.plant.frame ? Json() : cli::describe(done.structure, done.subject.structure.find_load_margin())},
-      {"settings", settings},
-      {"warnings", done.warnings},
-      {"mode_count", done.subject.modes.count()},
-      {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
-      {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
-      {"damping", describe(done.damping, done.loop)},
-      {"motion", describe(done.statistics)},
-      {"gauges", describe(done.gauges)},
-      {"most_stressed_branches", done.most_stressed},
-      {"glb", describe(done.model)},
-      {"clips", clip_texts},
-      {"outputs", outputs},
-      {"stages", log.json()},
-      {"peak_bytes", peak_bytes()}};
+  return {{"tremula", TREMULA_VERSION},
+          {"input", input},
+          {"plant", cli::describe(done.plant)},
+          {"structure", done.plant.is_tree()
+                            ? cli::describe(done.structure, done.subject.structure.find_load_margin())
+                            : Json()},
+          {"settings", settings},
+          {"warnings", done.warnings},
+          {"mode_count", done.subject.modes.count()},
+          {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
+          {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
+          {"damping", describe(done.damping, done.loop)},
+          {"motion", describe(done.statistics)},
+          {"gauges", describe(done.gauges)},
+          {"most_stressed_branches", done.most_stressed},
+          {"glb", describe(done.model)},
+          {"clips", clip_texts},
+          {"outputs", outputs},
+          {"stages", log.json()},
+          {"peak_bytes", peak_bytes()}};
 }
 
 }  // namespace tremula::cli

@@ -6,8 +6,10 @@
 #include "tremula/geometry/plants.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/frame_file.hpp"
+#include "tremula/io/sheet_file.hpp"
 #include "tremula/modes/mode_quality.hpp"
 #include "tremula/structure/sag.hpp"
+#include "tremula/structure/sheet_presets.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -89,8 +91,16 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
       return grow_plant(std::string(found->name), std::string(found->text), std::string(found->name),
                         growth_seed, constants);
     }
+    for (const SheetPreset& preset : sheet_presets()) {
+      if (preset.name != input) continue;
+      read.refuse_for(input);
+      if (growth_seed || !constants.empty())
+        throw InputError(growth_seed ? "--seed" : "--set", "given with " + input, "an L-system or a plant");
+      return {preset.name, {{}, "sheet", {}, {.leaf = preset.color}}, {}, preset.sheet};
+    }
     std::string names;
     for (const PlantPreset& preset : presets) names += (names.empty() ? "" : ", ") + std::string(preset.name);
+    for (const SheetPreset& preset : sheet_presets()) names += ", " + preset.name;
     throw InputError(input, "there is no such file or preset",
                      "a tree file, an L-system (.lsys) or one of " + names);
   }
@@ -102,6 +112,10 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
     read.refuse_for(input);
     if (growth_seed || !constants.empty())
       throw InputError(growth_seed ? "--seed" : "--set", "given with " + input, "an L-system or a preset");
+    if (is_sheet_file(read_file(input, std::size_t{16} << 20))) {
+      const SheetFile file = read_sheet(input);
+      return {file.name.empty() ? name : file.name, {{}, "sheet", {}, {}}, {}, file.sheet};
+    }
     const FrameFile file = read_frame(input);
     return {file.name.empty() ? name : file.name, {outline_of(file.frame), "frame", {}, {}}, file.frame};
   }
@@ -111,7 +125,7 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
 }
 
 void need_tree(const Plant& plant, const std::string& what) {
-  if (plant.frame) throw InputError(what, "a frame", "a tree");
+  if (!plant.is_tree()) throw InputError(what, plant.kind(), "a tree");
 }
 
 void print_warnings(const Plant& plant) {
@@ -123,7 +137,26 @@ void print_warnings(const std::vector<std::string>& lines) {
   for (const std::string& line : lines) std::cerr << "tremula: warning: " << line << '\n';
 }
 
+Json describe(const Sheet& sheet) {
+  const auto vector = [](const Vec3& v) { return Json{v[0], v[1], v[2]}; };
+  return {{"width_m", sheet.width},
+          {"height_m", sheet.height},
+          {"thickness_m", sheet.thickness},
+          {"youngs_modulus_pa", sheet.youngs_modulus},
+          {"poisson_ratio", sheet.poisson_ratio},
+          {"density_kg_m3", sheet.density},
+          {"elements", {sheet.elements[0], sheet.elements[1]}},
+          {"cloth", sheet.wrinkles},
+          {"corner_m", vector(sheet.corner)},
+          {"normal", vector(sheet.normal())}};
+}
+
 Json describe(const Plant& plant) {
+  if (plant.sheet)
+    return {{"name", plant.name},
+            {"format", "sheet"},
+            {"sheet", describe(*plant.sheet)},
+            {"repairs", Json::array()}};
   const Skeleton& skeleton = plant.imported.skeleton;
   const Extent box = extent(skeleton);
   double length = 0, volume = 0, thinnest = skeleton.branches.front().end_radius, thickest = 0, leaf_area = 0;
@@ -186,8 +219,8 @@ void StructureFlags::add_to(CLI::App& command) {
       .add_option(
           "--medium", medium,
           "air, or water: branches carry a cylinder of it with them, and drag is that of water (a current "
-          "is then the wind; try 0.5 m/s)")
-      ->check(CLI::IsMember({"air", "water"}))
+          "is then the wind; try 0.5 m/s). Sheets carry what air or water they move, and none in a vacuum")
+      ->check(CLI::IsMember({"air", "water", "vacuum"}))
       ->capture_default_str()
       ->group(group);
   command
@@ -235,35 +268,59 @@ StructureOptions StructureFlags::options() const {
   return options;
 }
 
-FrameOptions StructureFlags::frame_options(const std::string& input) const {
+void StructureFlags::refuse_for(const std::string& input, const char* kind, bool has_weight) const {
   const StructureFlags none;
-  const auto refuse = [&](bool given, const char* flag, const char* wanted) {
-    if (given) throw InputError(flag, "given with the frame " + input, wanted);
+  const auto refuse = [&](bool given, const char* flag, const std::string& wanted) {
+    if (given) throw InputError(flag, "given with the " + std::string(kind) + " " + input, wanted);
   };
   const char* in_file = "the material in the file";
+  const std::string is_clamped = "a tree: a " + std::string(kind) + " is clamped";
+  const char* no_weight = "a tree: a frame is taken without its weight";
   refuse(material != none.material, "--material", in_file);
   refuse(youngs_modulus.has_value(), "--youngs-modulus", in_file);
   refuse(shear_modulus.has_value(), "--shear-modulus", in_file);
   refuse(density.has_value(), "--density", in_file);
+  refuse(root_rotation_stiffness.has_value(), "--root-rotation-stiffness", is_clamped);
+  refuse(root_translation_stiffness.has_value(), "--root-translation-stiffness", is_clamped);
+  refuse(shape != none.shape, "--shape", has_weight ? "a tree: a sheet is flat" : no_weight);
+  if (has_weight) return;
   refuse(medium != none.medium, "--medium", "air");
-  refuse(root_rotation_stiffness.has_value(), "--root-rotation-stiffness", "a tree: a frame is clamped");
-  refuse(root_translation_stiffness.has_value(), "--root-translation-stiffness",
-         "a tree: a frame is clamped");
-  refuse(gravity != none.gravity, "--gravity", "a tree: a frame is taken without its weight");
-  refuse(shape != none.shape, "--shape", "a tree: a frame is taken without its weight");
+  refuse(gravity != none.gravity, "--gravity", no_weight);
+}
+
+FrameOptions StructureFlags::frame_options(const std::string& input) const {
+  refuse_for(input, "frame", false);
   return {.section = section == "paper" ? Section::paper : Section::exact,
           .rotatory_inertia = !no_rotatory_inertia};
 }
 
+SheetOptions StructureFlags::sheet_options(const std::string& input) const {
+  refuse_for(input, "sheet", true);
+  const StructureFlags none;
+  if (section != none.section)
+    throw InputError("--section", "given with the sheet " + input, "a tree or a frame");
+  if (no_rotatory_inertia)
+    throw InputError("--no-rotatory-inertia", "given with the sheet " + input,
+                     "a tree or a frame: a sheet has none");
+  return {.gravity = gravity,
+          .fluid_density = medium == "water" ? water_density
+                           : medium == "air" ? air_density
+                                             : 0};
+}
+
 Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input) {
   if (plant.frame) return tremula::assemble(*plant.frame, flags.frame_options(input));
+  if (plant.sheet) {
+    const SheetOptions options = flags.sheet_options(input);
+    return in_file(input, [&] { return tremula::assemble(*plant.sheet, options); });
+  }
   const Skeleton& skeleton = plant.imported.skeleton;
   const StructureOptions options = flags.options();
   return with_likely_reason(skeleton, options, [&] { return tremula::assemble(skeleton, options); });
 }
 
 Plant under_weight(Plant plant, const StructureFlags& flags) {
-  if (flags.shape == "loaded" || plant.frame) return plant;
+  if (flags.shape == "loaded" || !plant.is_tree()) return plant;
   if (flags.gravity == 0)
     throw InputError("--shape unloaded", "given with --gravity 0", "a weight that bends the plant");
   plant.imported.skeleton = sagged(plant.imported.skeleton, flags.options());
@@ -272,6 +329,7 @@ Plant under_weight(Plant plant, const StructureFlags& flags) {
 
 std::vector<bool> trunk_of(const Plant& plant) {
   if (plant.frame) return std::vector<bool>(plant.frame->elements.size());
+  if (plant.sheet) return {};
   return trunk_branches(plant.imported.skeleton);
 }
 

@@ -5,6 +5,7 @@
 #include "tremula/io/skeleton_files.hpp"
 #include "tremula/pipeline.hpp"
 #include "tremula/structure/plausibility.hpp"
+#include "tremula/structure/sheet.hpp"
 
 #include <map>
 #include <optional>
@@ -18,14 +19,18 @@
 namespace tremula::cli {
 
 // What is put into the wind: a plant from a file (scan, SWC, L-system) or, where no file has that name, from
-// a preset; or a frame (.toml).
+// a preset; or a frame or a sheet (.toml).
 struct Plant {
   std::string name;           // for titles: the file's name without folder and extension, or the preset's
   ImportedSkeleton imported;  // of a frame its outline, for the skin
   std::optional<Frame> frame = {};
+  std::optional<Sheet> sheet = {};  // whose skeleton is empty
+
+  bool is_tree() const { return !frame && !sheet; }
+  const char* kind() const { return sheet ? "a sheet" : frame ? "a frame" : "a tree"; }
 };
 
-// Throws InputError for a frame where only a tree will do: "grow".
+// Throws InputError for a frame or a sheet where only a tree will do: "grow".
 void need_tree(const Plant& plant, const std::string& what);
 
 // How a tree file is meant: --unit, --allow-gaps.
@@ -46,6 +51,7 @@ Plant open_plant(const std::string& input, const ReadFlags& read = {},
 void print_warnings(const Plant& plant);
 void print_warnings(const std::vector<std::string>& lines);
 Json describe(const Plant& plant);
+Json describe(const Sheet& sheet);
 std::uint64_t peak_bytes();
 
 // Of three values, those of the components of the wind.
@@ -57,6 +63,7 @@ Json by_component(const Values& values) {
 // --material, --youngs-modulus, --shear-modulus, --density, --section, --no-rotatory-inertia,
 // --root-rotation-stiffness, --root-translation-stiffness, --gravity, --shape
 inline constexpr double water_density = 1000;  // [kg/m^3]
+inline constexpr double air_density = LoadOptions{}.fluid_density;
 
 struct StructureFlags {
   std::string material = "green-wood", section = "exact", medium = "air";
@@ -70,6 +77,10 @@ struct StructureFlags {
   StructureOptions options() const;
   // Throws InputError for flags that a frame takes no notice of.
   FrameOptions frame_options(const std::string& input) const;
+  SheetOptions sheet_options(const std::string& input) const;  // likewise
+
+ private:
+  void refuse_for(const std::string& input, const char* kind, bool has_weight) const;
 };
 Structure assemble(const Plant& plant, const StructureFlags& flags, const std::string& input);
 // The plant as it stands: bent by its weight where --shape says that the file knows nothing of it.
@@ -83,6 +94,15 @@ auto with_likely_reason(const Skeleton& skeleton, const StructureOptions& option
   } catch (const InputError&) {
     print_warnings(plausibility(skeleton, options));
     throw;
+  }
+}
+// What a structure has against its numbers, said with the file that they stand in.
+template <class Make>
+auto in_file(const std::string& file, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    throw InputError(file + ": " + error.what());
   }
 }
 // Which members are trunk.

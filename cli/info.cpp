@@ -68,7 +68,7 @@ void InfoCommand::run_on_plant() const {
   const Plant plant = open_plant(input, read);
   std::vector<std::string> warnings;
   Json json = describe(plant);
-  if (!plant.frame) {
+  if (plant.is_tree()) {
     warnings = plausibility(plant.imported.skeleton, {});
     json["load_margin"] = load_margin_of(plant.imported.skeleton, warnings);
   }

@@ -55,6 +55,7 @@ void LoadFlags::add_to(CLI::App& command, const char* group) {
 }
 
 void LoadFlags::set(const StructureFlags& structure, Weather& weather) const {
+  if (structure.medium == "vacuum") throw InputError("--medium vacuum", "given with a wind", "air or water");
   if (structure.medium == "water") {
     weather.loads.fluid_density = water_density;
     weather.loads.inertia_coefficient = 2;

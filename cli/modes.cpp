@@ -26,6 +26,7 @@ struct Found {
   std::vector<std::string> warnings;
   Json seconds;         // of each stage
   std::string picture;  // SVG, where one is wanted
+  Eigen::Index degrees_of_freedom;
 };
 
 struct ModesCommand {
@@ -59,11 +60,13 @@ std::string as_table(const Found& found) {
   const ModeQuality& quality = found.quality;
   const Eigen::MatrixX3d percent = 100 * quality.effective_mass_share();
   const double margin = found.load_margin.factor;
+  const std::optional<Sheet>& sheet = found.plant.sheet;
   std::string text = printed(
-      "%s: %d branches, %.4g kg, %d modes%s\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n",
-      found.plant.name.c_str(), found.plant.imported.skeleton.branch_count(), quality.total_mass,
-      modes.count(), std::isfinite(margin) ? printed(", load margin %.4g", margin).c_str() : "", "mode",
-      "frequency_hz", "period_s", "residual", "error_bound", "kind", "mass_x_%", "mass_y_%", "mass_z_%");
+      "%s: %d %s, %.4g kg, %d modes%s\n%6s %14s %12s %11s %11s %8s %9s %9s %9s\n", found.plant.name.c_str(),
+      sheet ? sheet->elements[0] * sheet->elements[1] : found.plant.imported.skeleton.branch_count(),
+      sheet ? "elements" : "branches", quality.total_mass, modes.count(),
+      std::isfinite(margin) ? printed(", load margin %.4g", margin).c_str() : "", "mode", "frequency_hz",
+      "period_s", "residual", "error_bound", "kind", "mass_x_%", "mass_y_%", "mass_z_%");
   for (int r = 0; r < modes.count(); ++r) {
     text += printed("%6d %14.6f %12.4f %11.1e %11.1e %8s %9.3f %9.3f %9.3f\n", r + 1, modes.frequency[r],
                     1 / modes.frequency[r], modes.residual[r], modes.error_bound[r],
@@ -91,7 +94,7 @@ std::string as_csv(const Found& found) {
 }
 
 Json as_json(const Found& found, const StructureOptions& structure) {
-  const auto& [plant, modes, quality, load_margin, warnings, seconds, picture] = found;
+  const auto& [plant, modes, quality, load_margin, warnings, seconds, picture, degrees_of_freedom] = found;
   const int branches = plant.imported.skeleton.branch_count();
   const Eigen::MatrixX3d mass = quality.effective_mass(), share = quality.effective_mass_share();
   const auto three = [](const auto& row) { return Json{row[0], row[1], row[2]}; };
@@ -112,22 +115,24 @@ Json as_json(const Found& found, const StructureOptions& structure) {
                       {"torsion", energy.torsion},
                       {"axial", energy.axial}}}});
   }
-  return {{"branches", branches},
-          {"dof", modes.shapes.rows()},
-          {"structure", plant.frame ? Json() : describe(structure, load_margin)},
-          {"load_margin", std::isfinite(load_margin.factor) ? Json(load_margin.factor) : Json()},
-          {"total_mass_kg", quality.total_mass},
-          {"modes", list},
-          {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},
-          {"count_found", modes.count_below},
-          {"count_by_inertia", modes.count_by_inertia},
-          {"equal_to_last", modes.equal_to_last},
-          {"equal_left_out", modes.equal_left_out},
-          {"operator_count", modes.operator_count},
-          {"repairs", describe(plant)["repairs"]},
-          {"warnings", warnings},
-          {"seconds", seconds},
-          {"peak_bytes", peak_bytes()}};
+  Json json = {{"branches", branches},
+               {"dof", degrees_of_freedom},
+               {"structure", plant.is_tree() ? describe(structure, load_margin) : Json()},
+               {"load_margin", std::isfinite(load_margin.factor) ? Json(load_margin.factor) : Json()},
+               {"total_mass_kg", quality.total_mass},
+               {"modes", list},
+               {"effective_mass_share_of_all_listed", three(share.colwise().sum().eval())},
+               {"count_found", modes.count_below},
+               {"count_by_inertia", modes.count_by_inertia},
+               {"equal_to_last", modes.equal_to_last},
+               {"equal_left_out", modes.equal_left_out},
+               {"operator_count", modes.operator_count},
+               {"repairs", describe(plant)["repairs"]},
+               {"warnings", warnings},
+               {"seconds", seconds},
+               {"peak_bytes", peak_bytes()}};
+  if (plant.sheet) json["sheet"] = describe(*plant.sheet);
+  return json;
 }
 
 // Seconds since it was made, or since it was last asked.
@@ -185,7 +190,7 @@ Found ModesCommand::find(const Plant& plant, const StructureOptions& options, St
   std::string picture = plot.empty() ? "" : plot_modes(assembled, modes, quality, {.title = plant.name});
   log.finish();
   std::vector<std::string> warnings;
-  if (!plant.frame) warnings = plausibility(plant.imported.skeleton, options, modes.frequency[0]);
+  if (plant.is_tree()) warnings = plausibility(plant.imported.skeleton, options, modes.frequency[0]);
   Json seconds = {{"setup", setup}, {"solve", solve}, {"check", modes.check_seconds}, {"quality", assessed}};
   return {plant,
           std::move(modes),
@@ -193,7 +198,8 @@ Found ModesCommand::find(const Plant& plant, const StructureOptions& options, St
           load_margin,
           std::move(warnings),
           std::move(seconds),
-          std::move(picture)};
+          std::move(picture),
+          assembled.eigen.all_degrees()};
 }
 
 void ModesCommand::run(const CLI::App& flags) const {
@@ -206,6 +212,8 @@ void ModesCommand::run(const CLI::App& flags) const {
   const Plant plant = under_weight(open_plant(input, read), structure);
   log.finish();
   print_warnings(plant);
+  if (plant.sheet && !plot.empty())
+    throw InputError("--plot", "given with the sheet " + input, "a tree or a frame");
   const StructureOptions options = structure.options();
   threads.run([&] {
     const Found found = find(plant, options, log);
@@ -224,8 +232,8 @@ void add_modes(CLI::App& app) {
   auto command = std::make_shared<ModesCommand>();
   CLI::App& sub = *app.add_subcommand("modes", "Natural frequencies and shapes of a plant");
   sub.add_option("INPUT", command->input,
-                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame "
-                 "(.toml) or the name of a preset")
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame or "
+                 "a sheet (.toml) or the name of a preset")
       ->required();
   sub.add_option("--modes,--count", command->count, "How many of the lowest modes; -1: all")
       ->capture_default_str();
@@ -258,6 +266,7 @@ void add_modes(CLI::App& app) {
       "  tremula modes tree.swc\n"
       "  tremula modes scan.mat --modes 20 --material oak --format csv -o frequencies.csv\n"
       "  tremula modes oak --plot oak.svg\n"
+      "  tremula modes sheet.toml --count 6 --gravity 0 --medium vacuum\n"
       "  tremula modes oak --up-to 3 --plot modes.svg\n"
       "  tremula modes forest.txt --modes 100 --max-memory 2GB\n"
       "  tremula modes tree.txt --youngs-modulus 8e9 --shear-modulus 6e8 --density 900 --format json\n");

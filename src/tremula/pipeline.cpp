@@ -68,12 +68,12 @@ WindAt wind_at(const Wind& wind, const TimeAxis& loop, double ground, const Stru
 }
 
 // Modes and static shapes as the wind drives, damps and, where the structure turns out of it, stiffens them.
-ModalSystem modal_system(const Basis& basis, const Lean& lean, const Damping& damping) {
+ModalSystem modal_system(const Basis& basis, const Lean& lean, const Damping& damping, bool turning) {
   const auto moving = basis.columns.rightCols(basis.count() - 1);
   const Eigen::VectorXd omega = 2 * std::numbers::pi * basis.frequency.tail(moving.cols());
   ModalSystem system{.omega = omega, .damping = structural_damping(damping, omega).asDiagonal()};
   if (damping.aerodynamic) system.damping += aerodynamic_damping(lean.sites, lean.loads, moving);
-  if (lean.strains.size() > 0) system.stiffness = aerodynamic_stiffness(lean.sites, lean.loads, moving);
+  if (turning) system.stiffness = aerodynamic_stiffness(lean.sites, lean.loads, moving);
   return system;
 }
 
@@ -102,6 +102,11 @@ Subject bake(const Frame& frame, const BakeOptions& options, const Progress& pro
   return bake(assemble(frame, options.frame), options.modes, progress);
 }
 
+Subject bake(const Sheet& sheet, const BakeOptions& options, const Progress& progress) {
+  tell(progress, "structure");
+  return bake(assemble(sheet, options.sheet), options.modes, progress);
+}
+
 Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress,
                      std::vector<std::string>* warnings) {
   return set_in_motion(subject.structure, subject.modes, weather, progress, warnings);
@@ -125,13 +130,15 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   if (warnings) *warnings = wind.warnings;
 
   tell(progress, "loads");
-  const StaticShapes more =
-      weather.static_correction
-          ? static_shapes(lean.structure, lean.sites, lean.loads, modes, lean.strains.size() > 0)
-          : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
+  // The shape that superposes knows nothing of how branches turn; a sheet that did not turn into the wind
+  // would have the wrong forces altogether.
+  const bool turning = lean.strains.size() > 0 || (structure.sheet && lean.loads.damp);
+  const StaticShapes more = weather.static_correction
+                                ? static_shapes(lean.structure, lean.sites, lean.loads, modes, turning)
+                                : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
   Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
   const auto moving = basis.columns.rightCols(basis.count() - 1);
-  const ModalSystem system = modal_system(basis, lean, weather.damping);  // rad/s, 1/s
+  const ModalSystem system = modal_system(basis, lean, weather.damping, turning);  // rad/s, 1/s
 
   tell(progress, "response");
   const BinTransfer transfer(system, weather.loop, wind.has_draws ? weather.transfer : Transfer::sampled,

@@ -29,6 +29,7 @@ using Progress = std::function<void(std::string_view stage, double done)>;
 struct BakeOptions {
   StructureOptions structure = {};  // of a tree
   FrameOptions frame = {};
+  SheetOptions sheet = {};
   ModeOptions modes{.count = 20};
 };
 
@@ -53,10 +54,11 @@ struct Weather {
   int most_strained = 0;           // and of how many branches that are strained most
 };
 
-// Throws InputError for a skeleton or a frame that assemble does not take and for options out of range (see
-// the stages).
+// Throws InputError for a skeleton, a frame or a sheet that assemble does not take and for options out of
+// range (see the stages).
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress = {});
 Subject bake(const Frame& frame, const BakeOptions& options, const Progress& progress = {});
+Subject bake(const Sheet& sheet, const BakeOptions& options, const Progress& progress = {});
 
 // What the user should know about a loop: modes above its highest frequency, wind that it is too short for,
 // turbulence too large for linear loads and, where displacements are superposed (linear poses and morph

@@ -114,7 +114,7 @@ TEST(FrameFile, WhoseModesCannotBeCountedIsRefused) {
       "= 0.4\n",
       "frame.toml");
   EXPECT_THAT(test::complaint_of([&] { solve_modes(assemble(file.frame), {.count = 3}); }),
-              testing::HasSubstr("cannot be counted, wanted beams and masses nearer to each other in size"));
+              testing::HasSubstr("cannot be counted, wanted parts and masses nearer to each other in size"));
 }
 
 TEST(FrameFile, OfThreadsWhoseStiffnessRoundingTakesIsRefused) {

@@ -2,6 +2,8 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/deformation/bent_pose.hpp"
+#include "tremula/deformation/principal_shapes.hpp"
+#include "tremula/deformation/sheet_pose.hpp"
 #include "tremula/numerics/rotation.hpp"
 
 #include <cmath>
@@ -25,6 +27,7 @@ void check_surface(const Structure& structure, const Surface& surface) {
   check_equal("normals of the surface", static_cast<std::ptrdiff_t>(surface.normal.size()), vertices);
   check_equal("branches of the vertices", static_cast<std::ptrdiff_t>(surface.branch.size()), vertices);
   check_equal("places along the branches", static_cast<std::ptrdiff_t>(surface.along.size()), vertices);
+  if (structure.sheet) return;  // sheet_surface knows its sheet
   for (const std::int32_t member : surface.branch) {
     if (member < 0 || static_cast<std::size_t>(member) >= structure.members.size()) {
       throw InputError("branch of a vertex", std::to_string(member),
@@ -117,6 +120,32 @@ void superpose_on_lean(Loop& loop, const SharedSource& source) {
   };
 }
 
+// The skin as it bends, and the principal shapes of that in place of the modes.
+void bend_as_sheet(Loop& loop, const SharedSource& source) {
+  constexpr double tolerance = 0.002;  // of the sheet's diagonal
+  loop.skin_at = [source](double time) {
+    return bend_sheet(source->structure, source->surface, displacement_at(source->motion, time));
+  };
+  loop.nodes_at = [source](double time) {
+    const std::vector<BentPoint> bent = bent_nodes(source->structure, displacement_at(source->motion, time));
+    return poses_of_nodes(source->structure, [&](std::size_t node) {
+      return pose_from_rest(source->structure, bent[node], node);
+    });
+  };
+  const int samples = loop.sample_count();
+  const Sheet& sheet = *source->structure.sheet;
+  const auto principal = std::make_shared<const PrincipalShapes>(principal_shapes(
+      samples, [&](int sample) { return loop.skin_at(loop.period * sample / samples); },
+      tolerance * std::hypot(sheet.width, sheet.height)));
+  loop.kind.assign(principal->shapes.size(), ShapeKind::static_shape);
+  loop.kind.front() = ShapeKind::lean;
+  loop.frequency = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(principal->shapes.size()));
+  loop.coordinates = principal->weights;
+  loop.shape_of_skin = [principal](Eigen::Index shape, double weight) {
+    return scaled(principal->shapes[index_of(shape)], static_cast<float>(weight));
+  };
+}
+
 }  // namespace
 
 void check_instances(const std::vector<Instance>& instances) {
@@ -152,7 +181,9 @@ Loop make_loop(const Structure& structure, Surface surface, Motion motion, const
   const auto source = std::make_shared<const Source>(
       Source{structure, std::move(surface), std::move(motion), std::move(lean)});
   loop.rest = {source, &source->surface};
-  if (!bends) {
+  if (structure.sheet && poses == Poses::bent) {
+    bend_as_sheet(loop, source);
+  } else if (!bends) {
     superpose_from_rest(loop, source);
   } else {
     give_shapes_about_lean(loop, source);

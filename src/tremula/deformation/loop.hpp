@@ -72,8 +72,9 @@ struct Loop {
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
 };
 
-// How a motion that bends far (Motion::lean_strains) is posed; the lean is bent in both. For other motions
-// displacements superpose from rest, S eq. 1.
+// How a motion that bends far (Motion::lean_strains) is posed, or that of a sheet; the lean is bent in both.
+// For other motions displacements superpose from rest, S eq. 1. The shapes of a bent sheet are those of
+// principal_shapes.hpp.
 enum class Poses {
   bent,    // by strains: every branch keeps its length (bent_pose.hpp)
   linear,  // displacements superpose on the bent lean, S eq. 1: what morph targets play

@@ -2,6 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/deformation/carry_surface.hpp"
+#include "tremula/deformation/sheet_pose.hpp"
 
 #include <algorithm>
 
@@ -38,6 +39,7 @@ MemberPoint member_point(const Member& member, Eigen::Ref<const Eigen::VectorXd>
 SurfaceDelta deform_surface(const Structure& structure, const Surface& surface,
                             const Eigen::VectorXd& displacement) {
   check_equal("rows of the displacement", displacement.size(), structure.size());
+  if (structure.sheet) return deform_sheet(structure, surface, displacement);
   struct Carrier {
     MemberPoint point;
     Vec3 position(const Vec3& arm) const { return point.displacement + point.rotation.cross(arm); }

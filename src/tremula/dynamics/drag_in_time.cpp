@@ -27,6 +27,11 @@ void velocities_to_drag(const Site& site, const LoadOptions& options, Eigen::Ref
     return;
   }
   const Eigen::ArrayXd square = v.square().rowwise().sum(), speed = square.sqrt();
+  if (site.kind == SiteKind::plate) {
+    const Eigen::ArrayXd force = half_rho_area * options.plate_normal_coefficient * speed * along;
+    for (int i = 0; i < 3; ++i) v.col(i) = force * site.axis[i];
+    return;
+  }
   Eigen::ArrayXd force = half_rho_area * options.leaf_drag_coefficient * speed;
   const FoliageLaw& law = options.foliage;
   if (law.vogel_exponent != 0)

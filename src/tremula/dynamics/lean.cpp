@@ -69,12 +69,13 @@ void check_round(int round, double change) {
               " of itself; choose another wind, or no shelter");
 }
 
-// Where each site is on members that stand straight.
+// Where each site is on members that stand straight, or on a sheet.
 Eigen::Matrix3Xd places_of(const Structure& structure, const Sites& sites) {
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(sites.sites.size()));
   for (Eigen::Index s = 0; s < places.cols(); ++s) {
     const Site& site = sites.sites[index_of(s)];
-    places.col(s) = structure.members[index_of(site.point)].point(site.place);
+    places.col(s) = structure.sheet ? Vec3(sites.points.col(site.point))
+                                    : structure.members[index_of(site.point)].point(site.place);
   }
   return places;
 }
@@ -85,7 +86,7 @@ Lean small_lean(const Structure& structure, const WindAt& wind, const LoadLaw& l
   const std::vector<GustStatistics> at_points = wind_of_points(wind, lean.sites.points);
   const Eigen::Matrix3Xd places = places_of(structure, lean.sites);
   Shares share{Eigen::VectorXd::Ones(places.cols())};
-  for (int round = 1;; ++round) {
+  for (int round = 1; !structure.sheet; ++round) {  // what is flat does not shelter itself
     const double change =
         share.follow(shares_of_wind(lean.sites.sites, places, at_points, law, options.shelter, share.now));
     if (change < settled_share) break;

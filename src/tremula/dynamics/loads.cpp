@@ -66,8 +66,32 @@ Eigen::MatrixXd sum_at_points(const Sites& sites, const Loads& loads,
   return sum;
 }
 
+// Of a plate, along its normal n: of the speed through its plane and of all of it. Turned by theta, its
+// normal is n + theta x n.
+SiteLoad load_on_plate(const Site& site, const GustStatistics& wind, const LoadLaw& law) {
+  const double half_rho_c_area =
+      0.5 * law.options.fluid_density * site.area * law.options.plate_normal_coefficient;
+  const AverageForce all = average_drag(wind);
+  SiteLoad load = scaled(along_normal(all, site.axis), half_rho_c_area);
+  load.turning = half_rho_c_area * (site.axis * site.axis.cross(all.mean).transpose() -
+                                    all.mean.dot(site.axis) * cross_matrix(site.axis));
+  return load;
+}
+
+SiteLoad load_on_any(const Site& site, const GustStatistics& wind, const LoadLaw& law) {
+  switch (site.kind) {
+    case SiteKind::blade:
+      return load_on_blade(site, wind, law);
+    case SiteKind::plate:
+      return load_on_plate(site, wind, law);
+    case SiteKind::cylinder:
+      break;
+  }
+  return load_on_cylinder(site, wind, law);
+}
+
 SiteLoad printed_load_on(const Site& site, const LoadOptions& options) {
-  if (site.kind == SiteKind::blade) return {};
+  if (site.kind != SiteKind::cylinder) return {};
   const Mat3 across = Mat3::Identity() - site.axis * site.axis.transpose();
   return {0.5 * options.fluid_density * options.branch_drag_coefficient * site.mean_area * across};
 }
@@ -83,6 +107,7 @@ void check_loads(const LoadOptions& options) {
   check("leaf drag coefficient", options.leaf_drag_coefficient);
   check("leaf lift coefficient", options.leaf_lift_coefficient);
   check("inertia coefficient", options.inertia_coefficient);
+  check("plate normal coefficient", options.plate_normal_coefficient);
   check_foliage(options.foliage);
 }
 
@@ -95,8 +120,7 @@ SiteLoad load_on(const Site& site, const GustStatistics& wind, double share, con
   if (law.options.model == LoadModel::paper) return printed_load_on(site, law.options);
   GustStatistics reaching{share * wind.mean, Mat3::Zero()};
   if (law.options.model == LoadModel::stochastic) reaching.covariance = share * share * wind.covariance;
-  SiteLoad load = site.kind == SiteKind::blade ? load_on_blade(site, reaching, law)
-                                               : load_on_cylinder(site, reaching, law);
+  SiteLoad load = load_on_any(site, reaching, law);
   load.gust_share = share;
   return load;
 }
@@ -129,12 +153,23 @@ double drag_area(const Site& site, const Vec3& wind, const LoadLaw& law) {
   if (law.options.model == LoadModel::paper || speed == 0) return 0;
   if (site.kind == SiteKind::blade)
     return law.options.leaf_drag_coefficient * site.area * folding_factor(law.options.foliage, speed);
+  if (site.kind == SiteKind::plate) {
+    const double through = site.axis.dot(wind) / speed;
+    return law.options.plate_normal_coefficient * site.area * through * through;
+  }
   return law.options.branch_drag_coefficient * site.area * site.axis.cross(wind).norm() / speed;
 }
 
 void check_loads(const Sites& sites, const Loads& loads) {
   check_equal("sites of the loads", static_cast<std::ptrdiff_t>(loads.sites.size()),
               static_cast<std::ptrdiff_t>(sites.sites.size()));
+}
+
+Vec3 drag_along(const Sheet& sheet, const Vec3& wind, double fluid_density) {
+  constexpr double coefficient = 0.1;
+  const Vec3 normal = sheet.normal();
+  const Vec3 along = wind - wind.dot(normal) * normal;
+  return 0.5 * fluid_density * coefficient * along.norm() * along;
 }
 
 Vec3 mean_drag(const Loads& loads) {

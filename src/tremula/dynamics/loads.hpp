@@ -3,6 +3,7 @@
 
 #include "tremula/dynamics/foliage.hpp"
 #include "tremula/dynamics/gust_average.hpp"
+#include "tremula/structure/sheet.hpp"
 #include "tremula/structure/sites.hpp"
 #include "tremula/wind/gust_statistics.hpp"
 
@@ -32,6 +33,9 @@ struct LoadOptions {
   // second term). 2 is the potential flow's, 1 for the pressure and 1 for the added mass; in air it is
   // nothing.
   double inertia_coefficient = 0;
+  // Of a sheet: a force C_N |u| (u . n) n on one side of its area. C_N of a plate square to the flow is 1.1
+  // to 1.2 for sides of 1:1 to 1:5 (Hoerner 1965, Fluid-Dynamic Drag, section 3-4).
+  double plate_normal_coefficient = 1.2;
 };
 
 // Throws InputError for densities or coefficients below 0, and as check_foliage does.
@@ -74,6 +78,11 @@ double drag_area(const Site& site, const Vec3& wind, const LoadLaw& law);
 
 // Throws InputError unless the loads are of as many sites.
 void check_loads(const Sites& sites, const Loads& loads);
+
+// How the mean wind drags at every area of a sheet along itself, both sides together [N/m^2]: 1/2 rho C U |U|
+// of the part in its plane, C = 0.1. Flags that flap have 0.06 to 0.2 on one side of their area (Hoerner
+// 1965, section 3-25).
+Vec3 drag_along(const Sheet& sheet, const Vec3& wind, double fluid_density);
 
 // The sum of all means [N].
 Vec3 mean_drag(const Loads& loads);

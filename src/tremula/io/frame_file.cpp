@@ -1,19 +1,13 @@
 #include "tremula/io/frame_file.hpp"
 
 #include "tremula/base/error.hpp"
-#include "tremula/base/number_text.hpp"
 #include "tremula/base/suggestion.hpp"
 #include "tremula/io/atomic_file.hpp"
-#include "tremula/io/text_table.hpp"
+#include "tremula/io/toml_reading.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <initializer_list>
+#include <array>
 #include <map>
-#include <string_view>
 #include <vector>
-
-#include <toml++/toml.h>
 
 namespace tremula {
 namespace {
@@ -22,77 +16,10 @@ constexpr std::size_t largest_file = std::size_t{16} << 20, most_elements = 200'
 constexpr int most_pieces = 1000;
 
 // What reading goes through: the name of the file for messages, and the points as they are met.
-struct Reader {
-  std::string file;
+struct Reader : TomlPlace {
   FrameFile result = {};
   std::map<std::string, int, std::less<>> points = {};
-
-  [[noreturn]] void fail(const toml::node& node, const std::string& what, const std::string& found,
-                         const std::string& wanted) const {
-    const toml::source_position at = node.source().begin;
-    throw InputError(file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " + what,
-                     found, wanted);
-  }
 };
-
-std::string kind_of(const toml::node& node) {
-  switch (node.type()) {
-    case toml::node_type::string:
-      return "'" + node.as_string()->get() + "'";
-    case toml::node_type::integer:
-      return std::to_string(node.as_integer()->get());
-    case toml::node_type::floating_point:
-      return number_text(node.as_floating_point()->get());
-    case toml::node_type::boolean:
-      return node.as_boolean()->get() ? "true" : "false";
-    case toml::node_type::array:
-      return "a list";
-    case toml::node_type::table:
-      return "a table";
-    default:
-      return "a date";
-  }
-}
-
-void check_keys(const Reader& reader, const toml::table& table, const std::string& what,
-                std::initializer_list<const char*> known) {
-  const std::vector<std::string> names(known.begin(), known.end());
-  for (const auto& [key, value] : table) {
-    const std::string name(key.str());
-    if (std::find(names.begin(), names.end(), name) != names.end()) continue;
-    std::string list;
-    for (const std::string& one : names) list += (list.empty() ? "" : ", ") + one;
-    reader.fail(value, what + " has no '" + name + "'" + suggestion(name, names), "unknown",
-                "one of " + list);
-  }
-}
-
-double number(const Reader& reader, const toml::node& node, const std::string& what, double least,
-              const std::string& wanted) {
-  const auto value = node.value<double>();
-  if (!node.is_number() || !value || !std::isfinite(*value) || !(*value >= least))
-    reader.fail(node, what, kind_of(node), wanted);
-  return *value;
-}
-
-std::string text(const Reader& reader, const toml::node& node, const std::string& what,
-                 const std::string& wanted) {
-  if (!node.is_string()) reader.fail(node, what, kind_of(node), wanted);
-  return node.as_string()->get();
-}
-
-// Of these two only the reader and the node are references: GCC 14 takes what returns one for a part of any
-// temporary that it was given.
-const toml::array& list(const Reader& reader, const toml::node& node, const char* what, const char* wanted) {
-  if (!node.is_array()) reader.fail(node, what, kind_of(node), wanted);
-  return *node.as_array();
-}
-
-const toml::node& needed(const Reader& reader, const toml::table& table, const char* key, const char* what) {
-  const toml::node* node = table.get(key);
-  if (node == nullptr) reader.fail(table, what, std::string("no ") + key, "one");
-  return *node;
-}
 
 int point_named(const Reader& reader, const toml::node& node, const std::string& what) {
   const std::string name = text(reader, node, what, "the name of a point");
@@ -216,19 +143,9 @@ void read_masses(Reader& reader, const toml::table& file) {
   }
 }
 
-toml::table parse(const std::string& text, const std::string& name) {
-  try {
-    return toml::parse(text);
-  } catch (const toml::parse_error& error) {
-    const toml::source_position at = error.source().begin;
-    throw InputError(name + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
-                     std::string(error.description()));
-  }
-}
-
 FrameFile read_text(const std::string& text_of_file, const std::string& name) {
-  const toml::table file = parse(text_of_file, name);
-  Reader reader{name};
+  const toml::table file = parse_toml(text_of_file, name);
+  Reader reader{{name}};
   check_keys(reader, file, "a frame", {"name", "material", "pieces", "clamped", "points", "beams", "masses"});
   if (const toml::node* title = file.get("name")) reader.result.name = text(reader, *title, "name", "a name");
   read_points(reader, file);
@@ -248,14 +165,7 @@ FrameFile read_text(const std::string& text_of_file, const std::string& name) {
 }  // namespace
 
 FrameFile parse_frame(const std::string& text_of_file, const std::string& name) {
-  try {
-    return read_text(text_of_file, name);
-  } catch (const InputError& error) {
-    // Messages cite keys, names and TOML's parser, whatever letters stand there.
-    const std::string message = error.what();
-    const std::size_t place = message.starts_with(name) ? name.size() : 0;
-    throw InputError(message.substr(0, place) + printable(message.substr(place)));
-  }
+  return with_printable_errors(name, [&] { return read_text(text_of_file, name); });
 }
 
 FrameFile read_frame(const std::string& path) { return parse_frame(read_file(path, largest_file), path); }

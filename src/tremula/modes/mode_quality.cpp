@@ -29,6 +29,7 @@ EnergyShares energy_shares(const Structure& structure, const std::vector<Complia
     (trunk[k] ? energy.trunk : energy.branch) +=
         across.squaredNorm() / c.deflection + slope_left.squaredNorm() / c.slope_held;
   }
+  if (structure.sheet) return {0, 1, 0, 0};
   const double sum = energy.trunk + energy.branch + energy.torsion + energy.axial;
   return {energy.trunk / sum, energy.branch / sum, energy.torsion / sum, energy.axial / sum};
 }

@@ -19,7 +19,7 @@ namespace {
 int sum(const std::vector<int>& counts) { return std::accumulate(counts.begin(), counts.end(), 0); }
 
 Modes solve_part(const Structure& structure, std::size_t part, const ModeOptions& options) {
-  const auto size = static_cast<Eigen::Index>(structure.eigen.rows[part].size());
+  const Eigen::Index size = structure.eigen.degrees_of(part);
   const bool dense = dense_is_better(options, size, options.count);
   return solve_problem(structure.eigen.problem(part, dense), options.count, dense, options);
 }
@@ -28,9 +28,9 @@ Modes solve_part(const Structure& structure, std::size_t part, const ModeOptions
 // more.
 std::vector<int> share_out(const Structure& structure, int count) {
   std::vector<int> shares;
-  for (const std::vector<int>& rows : structure.eigen.rows)
-    shares.push_back(std::min(count, static_cast<int>(rows.size())));
-  if (count == static_cast<int>(structure.size())) return shares;
+  for (std::size_t part = 0; part < structure.eigen.rows.size(); ++part)
+    shares.push_back(std::min(count, static_cast<int>(structure.eigen.degrees_of(part))));
+  if (count == static_cast<int>(structure.eigen.all_degrees())) return shares;
 
   const auto try_at = [&](double log_omega) {
     const std::vector<int> below = structure.eigen.count_below(std::exp2(log_omega));
@@ -111,7 +111,7 @@ Modes solve_by_parts(const Structure& structure, int count, const ModeOptions& o
 
 Modes solve_modes(const Structure& structure, const ModeOptions& options) {
   check_at_least("rows of the structure", structure.size(), 1);
-  const int count = mode_count(options, structure.size(), structure.eigen.rows_explained);
+  const int count = mode_count(options, structure.eigen.all_degrees(), structure.eigen.rows_explained);
   if (structure.eigen.rows.size() > 1) return solve_by_parts(structure, count, options);
   ModeOptions counted = options;
   counted.count = count;

@@ -139,7 +139,6 @@ Modes as_modes(const EigenProblem& problem, Eigenpairs& pairs, int count) {
   modes.frequency.resize(count);
   modes.residual.resize(count);
   modes.error_bound.resize(count);
-  modes.shapes.resize(problem.degrees_of_freedom, count);
   Eigen::VectorXd image(problem.size);
   for (int r = 0; r < count; ++r) {
     const auto s = pairs.vectors.col(r);
@@ -156,6 +155,7 @@ Modes as_modes(const EigenProblem& problem, Eigenpairs& pairs, int count) {
     Eigen::VectorXd shape = omega / s.norm() * problem.displacement(s);
     Eigen::Index largest = 0;
     shape.cwiseAbs().maxCoeff(&largest);
+    if (r == 0) modes.shapes.resize(shape.size(), count);
     modes.shapes.col(r) = shape[largest] < 0 ? Eigen::VectorXd(-shape) : shape;
   }
   return modes;

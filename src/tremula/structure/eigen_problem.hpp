@@ -23,12 +23,24 @@ struct EigenProblem {
 // The problems that a structure falls into: parts that share nothing but the ground move by themselves.
 struct EigenParts {
   std::vector<std::vector<int>> rows;  // of the structure, of each part; ascending
+  // Of each part; empty: as many as it has rows. Less where some rows never move, or only with others.
+  std::vector<Eigen::Index> degrees_of_freedom = {};
   // Of one part, its rows in that order. plain: as many numbers in s as degrees of freedom, for the dense
   // solver; else whatever order is fast.
   std::function<EigenProblem(std::size_t part, bool plain)> problem = {};
   // How many modes each part has below omega [rad/s] >= 0, by pivots.
   std::function<std::vector<int>(double omega)> count_below = {};
-  std::string rows_explained = {};  // for messages: where the number of rows comes from
+  std::string rows_explained = {};  // for messages: where the degrees of freedom come from
+
+  Eigen::Index degrees_of(std::size_t part) const {
+    return degrees_of_freedom.empty() ? static_cast<Eigen::Index>(rows[part].size())
+                                      : degrees_of_freedom[part];
+  }
+  Eigen::Index all_degrees() const {  // as many modes as there are
+    Eigen::Index sum = 0;
+    for (std::size_t part = 0; part < rows.size(); ++part) sum += degrees_of(part);
+    return sum;
+  }
 };
 
 }  // namespace tremula

@@ -1,9 +1,8 @@
 // A frame as a structure: K = P^T L L^T P by sparse Cholesky.
 #include "tremula/structure/element_blocks.hpp"
+#include "tremula/structure/sparse_pivots.hpp"
 #include "tremula/structure/structure.hpp"
 
-#include <cmath>
-#include <limits>
 #include <memory>
 #include <numeric>
 #include <vector>
@@ -18,50 +17,11 @@ namespace {
 
 using Matrix = Eigen::SparseMatrix<double>;
 
-struct Pivots {
-  int negative;
-  double growth;  // of the largest sum |l_ij^2 d_j| over a row, beside the diagonal of K
-};
-
-// Without exchange of rows the factors of an indefinite matrix can grow without bound and take the digits of
-// the matrix with them: growth tells.
-Pivots count_pivots(Eigen::SimplicialLDLT<Matrix>& factors, const FrameMatrices& matrices, double omega) {
-  factors.factorize(matrices.stiffness - omega * omega * matrices.mass);
-  if (factors.info() != Eigen::Success) return {0, std::numeric_limits<double>::infinity()};
-  const Eigen::VectorXd pivots = factors.vectorD();
-  Eigen::VectorXd sum = pivots.cwiseAbs();
-  const auto& lower = factors.matrixL().nestedExpression();
-  for (Eigen::Index column = 0; column < lower.outerSize(); ++column) {
-    for (Matrix::InnerIterator entry(lower, column); entry; ++entry) {
-      if (entry.row() > column) sum[entry.row()] += entry.value() * entry.value() * std::abs(pivots[column]);
-    }
-  }
-  const Eigen::VectorXd scale = factors.permutationP() * Eigen::VectorXd(matrices.stiffness.diagonal());
-  return {static_cast<int>((pivots.array() < 0).count()), (sum.array() / scale.array()).maxCoeff()};
-}
-
-int count_below(Eigen::SimplicialLDLT<Matrix>& factors, const FrameMatrices& matrices, double omega) {
-  Pivots best{0, std::numeric_limits<double>::infinity()};
-  for (int nudge = 0; nudge < 5; ++nudge) {
-    const Pivots pivots = count_pivots(factors, matrices, omega * (1 + 1e-9 * nudge));
-    if (pivots.growth < best.growth) best = pivots;
-    if (best.growth < 1e3) return best.negative;
-  }
-  if (!std::isfinite(best.growth)) {
-    throw InputError("modes",
-                     "stiffness and mass so far apart that the modes below a frequency cannot be counted",
-                     "beams and masses nearer to each other in size");
-  }
-  return best.negative;
-}
-
 using SixByThree = Eigen::Matrix<double, 6, 3>;
 using Cholesky = Eigen::SimplicialLLT<Matrix>;
 using Matrices = std::shared_ptr<const FrameMatrices>;
 
-// q = P^T L^-T s. count_below counts the negative pivots of the LDL^T of K - omega^2 M; it takes no pivots
-// out of turn, so where one comes out too small for the rest to be trusted, omega is moved up by a few parts
-// in 1e9.
+// q = P^T L^-T s.
 EigenProblem frame_problem(const Matrices& matrices, const std::shared_ptr<const Cholesky>& cholesky) {
   const auto indefinite = std::make_shared<Eigen::SimplicialLDLT<Matrix>>();
   indefinite->analyzePattern(matrices->stiffness + matrices->mass);
@@ -78,8 +38,10 @@ EigenProblem frame_problem(const Matrices& matrices, const std::shared_ptr<const
                 return in.dot(out);
               },
           .displacement = displacement,
-          .count_below = [indefinite,
-                          matrices](double omega) { return count_below(*indefinite, *matrices, omega); }};
+          .count_below =
+              [indefinite, matrices](double omega) {
+                return count_below(*indefinite, matrices->stiffness, matrices->mass, omega);
+              }};
 }
 
 // As that of a tree; the point masses of the frame count too.

@@ -16,13 +16,14 @@ namespace tremula {
 enum class SiteKind {
   cylinder,  // wood: the wind across its axis counts
   blade,     // a leaf, which folds and turns in the wind; it may have lift along its normal
+  plate,     // a piece of a sheet: the wind through its plane counts
 };
 
 struct Site {
   int point = 0;  // of Sites::points: whose wind it feels
   SiteKind kind = SiteKind::cylinder;
-  Vec3 axis = Vec3::UnitZ();  // along the cylinder, or out of the blade; unit vector
-  double area = 0;            // diameter times length, or one side of the blade [m^2]
+  Vec3 axis = Vec3::UnitZ();  // along the cylinder, or out of the blade or plate; unit vector
+  double area = 0;            // diameter times length, or one side of the blade or plate [m^2]
   double place = 0;           // along its member, 0 start … 1 end
   double mean_area = 0;       // the same with the mean diameter of the cylinder, as S eq. 3 has one a branch
   double volume = 0;          // of the cylinder; of a blade 0 [m^3]

@@ -6,6 +6,7 @@
 namespace tremula {
 
 double ground_height(const Structure& structure) {
+  if (structure.sheet) return 0;
   double lowest = std::numeric_limits<double>::infinity();
   for (const Node& node : structure.nodes) {
     if (node.row < 0) lowest = std::min(lowest, node.position.z());

@@ -1,5 +1,5 @@
 // What vibrates, whatever it is made of: all that modes, loads and motion ask of it. A tree answers by sweeps
-// (beam_tree.hpp), a frame by sparse Cholesky factors (frame.hpp).
+// (beam_tree.hpp), a frame and a sheet by sparse Cholesky factors (frame.hpp, sheet.hpp).
 #pragma once
 
 #include "tremula/base/types.hpp"
@@ -10,6 +10,7 @@
 #include "tremula/structure/load_margin.hpp"
 #include "tremula/structure/member.hpp"
 #include "tremula/structure/prestress.hpp"
+#include "tremula/structure/sheet.hpp"
 #include "tremula/structure/sites.hpp"
 
 #include <functional>
@@ -48,8 +49,10 @@ struct Structure {
   std::function<GroundInertia()> find_ground_inertia;  // how it answers to ground that speeds up
   std::function<LoadMargin()> find_load_margin;        // none where nothing has weight: a frame, gravity 0
   Eigen::Index row_count = 0;
-  std::shared_ptr<const BeamTree> tree;  // what bends as far as one likes (bent_tree.hpp); null for frames
-  DeadLoads weight = {};                 // that a tree stands under; empty: none
+  std::shared_ptr<const BeamTree>
+      tree;               // what bends as far as one likes (bent_tree.hpp); null for frames and sheets
+  DeadLoads weight = {};  // that a tree stands under; empty: none
+  std::shared_ptr<const Sheet> sheet = {};  // what is flat; null for trees and frames
 
   Eigen::Index size() const { return row_count; }
 };
@@ -64,6 +67,12 @@ Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 // assemble_frame does, and InputError where the stiffness is not positive definite to working precision.
 Structure assemble(const Frame& frame, const FrameOptions& options = {});
 
+// Nodes are those of the sheet, row by row from the bottom; it has no members. The load margin is that of its
+// weight and tension together. Throws as assemble_sheet does, and InputError where nothing holds it, where it
+// can turn about what does, and where it buckles: the message says what share of its weight and tension it
+// bears.
+Structure assemble(const Sheet& sheet, const SheetOptions& options = {});
+
 // A tree as it stands bent (bent_tree.hpp) under its weight and other dead forces, for what is small about
 // that: nodes, members and sites are where they then are, straight between their ends. Throws InputError for
 // a structure that is no tree and for another number of branches, and Error where it would buckle.
@@ -73,7 +82,7 @@ Structure bent_structure(const Structure& structure, const std::vector<BentBranc
 // for the last.
 Sites bent_sites(const Structure& structure, const std::vector<BentBranch>& bent);
 
-// The height of the lowest node that the ground holds [m].
+// The height of the lowest node that the ground holds [m]. Sheets are held by other things: 0.
 double ground_height(const Structure& structure);
 
 // Where a node has gone: translation and rotation, zero where it is held and rigid.
