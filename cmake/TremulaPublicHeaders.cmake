@@ -5,7 +5,7 @@ set(base_headers error memory types)
 set(numerics_headers lanczos pairwise_filter time_axis)
 set(geometry_headers expression grow lsystem plants skeleton surface)
 set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame load_margin material member plausibility
-    prestress sag sites structure)
+    prestress round_section sag sites structure uniform_beam)
 set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     turbulent_wind_at_points)
@@ -13,7 +13,7 @@ set(dynamics_headers basis damping drag_in_time foliage gauge gauge_reading gust
     static_correction transfer)
 set(deformation_headers bent_pose fit_rig loop morph_targets pose rig)
 set(render_headers camera image render)
-set(io_headers atomic_file contact_sheet frame_file gauge_table gltf html loop_writers mesh_compression modes_plot pose_table
+set(io_headers atomic_file beam_plot contact_sheet frame_file gauge_table gltf html loop_writers mesh_compression modes_plot pose_table
     profile_table skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot
     wind_targets wind_verdict)
 foreach(folder base numerics geometry structure modes wind dynamics deformation render io)
