@@ -10,7 +10,7 @@ set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     turbulent_wind_at_points)
 set(dynamics_headers basis damping drag_in_time foliage gauge gauge_reading gust_average lean loads motion motion_statistics response shelter
-    static_correction transfer)
+    oscillators static_correction transfer)
 set(deformation_headers bent_pose fit_rig loop morph_targets pose rig)
 set(render_headers camera image render)
 set(io_headers atomic_file beam_plot contact_sheet frame_file gauge_table gltf html loop_writers mesh_compression modes_plot pose_table
