@@ -252,7 +252,12 @@ void check_network(const OscillatorNetwork& network) {
 }
 
 OscillatorIntegrator::OscillatorIntegrator(const OscillatorNetwork& network, double step)
-    : step_(step), one_way_(is_one_way(network)), rest_(network.coupling), damping_(network.damping) {
+    : step_(step),
+      one_way_(is_one_way(network)),
+      rest_(network.coupling.pruned()),
+      damping_(network.damping.pruned()) {
+  rest_.makeCompressed();
+  damping_.makeCompressed();
   check_positive("step in time", step, " s");
   check_network(network);
   if (one_way_) {
@@ -282,22 +287,24 @@ void OscillatorIntegrator::add_one_way(const OscillatorNetwork& network) {
   }
   first_.assign(1, 0);
   for (const auto& all : onto) first_.push_back(first_.back() + all.size());
-  pairs_.resize(first_.back());
+  onto_.resize(first_.back());
+  transitions_.resize(first_.back());
   tbb::parallel_for(Eigen::Index{0}, count, [&](Eigen::Index k) {
     const std::vector<Eigen::Index>& all = onto[index_of(k)];
-    Pair* const pairs = &pairs_[first_[index_of(k)]];
+    const std::size_t first = first_[index_of(k)];
+    for (std::size_t i = 0; i < all.size(); ++i) onto_[first + i] = static_cast<int>(all[i]);
     if (all.size() == 1) {
       const double mass = network.mass[k];
-      pairs[0] = {k, oscillator_step(std::sqrt(network.coupling.coeff(k, k) / mass),
-                                     network.damping.coeff(k, k) / mass, step_)
-                         .state};
+      transitions_[first] = oscillator_step(std::sqrt(network.coupling.coeff(k, k) / mass),
+                                            network.damping.coeff(k, k) / mass, step_)
+                                .state;
       return;
     }
     const System system = system_of(network, all);
     const Eigen::MatrixXd exponential = (step_ * system.matrix).exp();
     const auto last = static_cast<Eigen::Index>(all.size()) - 1;
     for (Eigen::Index i = 0; i <= last; ++i)
-      pairs[i] = {all[index_of(i)], transition_of(exponential, system, i, last)};
+      transitions_[first + index_of(i)] = transition_of(exponential, system, i, last);
   });
 }
 
@@ -307,39 +314,64 @@ void OscillatorIntegrator::add_full(const OscillatorNetwork& network) {
   const Eigen::MatrixXd exponential = (step_ * system.matrix).exp();
   first_.assign(1, 0);
   for (Eigen::Index from = 0; from < count; ++from) {
-    for (Eigen::Index onto = 0; onto < count; ++onto)
-      pairs_.push_back({onto, transition_of(exponential, system, onto, from)});
-    first_.push_back(pairs_.size());
+    for (Eigen::Index onto = 0; onto < count; ++onto) {
+      onto_.push_back(static_cast<int>(onto));
+      transitions_.push_back(transition_of(exponential, system, onto, from));
+    }
+    first_.push_back(onto_.size());
   }
 }
 
-// Where a force that stays holds the oscillators: alpha^-1 f.
-Eigen::VectorXd OscillatorIntegrator::held(const Eigen::VectorXd& force) const {
-  if (!one_way_) return inverse_ * force;
-  return rest_.triangularView<Eigen::Upper>().solve(force);
+// A force f + t f' has the particular solution place + t rate: rate = alpha^-1 f', place = alpha^-1 (f -
+// gamma rate). One-way both come from one walk over alpha, from the last column to the first.
+OscillatorIntegrator::Particular OscillatorIntegrator::particular(const Eigen::VectorXd& before,
+                                                                  const Eigen::VectorXd& after) const {
+  Particular p{before, (after - before) / step_};
+  if (!one_way_) {
+    p.rate = inverse_ * p.rate;
+    p.place = inverse_ * (before - damping_ * p.rate);
+    return p;
+  }
+  double *const place = p.place.data(), *const rate = p.rate.data();
+  for (Eigen::Index k = size() - 1; k >= 0; --k) {
+    const auto diagonal = rest_.outerIndexPtr()[k + 1] - 1;  // rows ascend, and none is beyond it
+    const double stiffness = rest_.valuePtr()[diagonal];
+    const double own_rate = rate[k] /= stiffness;
+    for (auto e = damping_.outerIndexPtr()[k]; e < damping_.outerIndexPtr()[k + 1]; ++e)
+      place[damping_.innerIndexPtr()[e]] -= damping_.valuePtr()[e] * own_rate;
+    const double own_place = place[k] /= stiffness;
+    for (auto e = rest_.outerIndexPtr()[k]; e < diagonal; ++e) {
+      const auto row = rest_.innerIndexPtr()[e];
+      const double value = rest_.valuePtr()[e];
+      rate[row] -= value * own_rate;
+      place[row] -= value * own_place;
+    }
+  }
+  return p;
 }
 
-// A force f + t f' has the particular solution alpha^-1 (f + t f' - gamma alpha^-1 f'); the rest moves
-// freely.
+// What differs from the particular solution moves freely.
 void OscillatorIntegrator::advance(OscillatorState& state, const Eigen::VectorXd& force_before,
                                    const Eigen::VectorXd& force_after) const {
   check_equal("displacements of the oscillators", state.displacement.size(), size());
   check_equal("velocities of the oscillators", state.velocity.size(), size());
   check_equal("forces on the oscillators", force_before.size(), size());
   check_equal("forces on the oscillators", force_after.size(), size());
-  const Eigen::VectorXd drift = held((force_after - force_before) / step_);
-  const Eigen::VectorXd before = held(force_before - damping_ * drift);
-  const Eigen::VectorXd x = state.displacement - before, v = state.velocity - drift;
-  state.displacement = before + step_ * drift;
-  state.velocity = drift;
+  const Particular p = particular(force_before, force_after);
+  Eigen::Matrix2Xd free = Eigen::Matrix2Xd::Zero(2, size());  // (X, X') after
+  double* const onto_all = free.data();
   for (Eigen::Index from = 0; from < size(); ++from) {
-    const double x_from = x[from], v_from = v[from];
-    for (std::size_t p = first_[index_of(from)]; p < first_[index_of(from) + 1]; ++p) {
-      const Pair& pair = pairs_[p];
-      state.displacement[pair.onto] += pair.transition(0, 0) * x_from + pair.transition(0, 1) * v_from;
-      state.velocity[pair.onto] += pair.transition(1, 0) * x_from + pair.transition(1, 1) * v_from;
+    const double x = state.displacement[from] - p.place[from], v = state.velocity[from] - p.rate[from];
+    const std::size_t end = first_[index_of(from) + 1];
+    for (std::size_t i = first_[index_of(from)]; i < end; ++i) {
+      const double* const m = transitions_[i].data();
+      double* const onto = onto_all + 2 * static_cast<std::ptrdiff_t>(onto_[i]);
+      onto[0] += m[0] * x + m[2] * v;
+      onto[1] += m[1] * x + m[3] * v;
     }
   }
+  state.displacement = free.row(0).transpose() + p.place + step_ * p.rate;
+  state.velocity = free.row(1).transpose() + p.rate;
 }
 
 OscillatorState OscillatorIntegrator::repeating(const OscillatorState& push) const {
@@ -357,7 +389,7 @@ OscillatorState OscillatorIntegrator::repeating(const OscillatorState& push) con
     for (Eigen::Index from = 0; from < size(); ++from) {
       right.segment<2>(2 * from) << push.displacement[from], push.velocity[from];
       for (std::size_t p = first_[index_of(from)]; p < first_[index_of(from) + 1]; ++p)
-        left.block<2, 2>(2 * pairs_[p].onto, 2 * from) -= pairs_[p].transition;
+        left.block<2, 2>(Eigen::Index{2} * onto_[p], 2 * from) -= transitions_[p];
     }
     const Eigen::PartialPivLU<Eigen::MatrixXd> factors(left);
     refuse_if(factors.rcond() < forgets);
@@ -370,16 +402,16 @@ OscillatorState OscillatorIntegrator::repeating(const OscillatorState& push) con
   }
   for (Eigen::Index from = size() - 1; from >= 0; --from) {  // an oscillator's own pair is its last
     const std::size_t own = first_[index_of(from) + 1] - 1;
-    const Matrix2d left = Matrix2d::Identity() - pairs_[own].transition;
+    const Matrix2d left = Matrix2d::Identity() - transitions_[own];
     refuse_if(std::abs(left.determinant()) < forgets);
     const Eigen::Vector2d state =
         left.inverse() * Eigen::Vector2d(result.displacement[from], result.velocity[from]);
     result.displacement[from] = state[0];
     result.velocity[from] = state[1];
     for (std::size_t p = first_[index_of(from)]; p < own; ++p) {
-      const Eigen::Vector2d on = pairs_[p].transition * state;
-      result.displacement[pairs_[p].onto] += on[0];
-      result.velocity[pairs_[p].onto] += on[1];
+      const Eigen::Vector2d on = transitions_[p] * state;
+      result.displacement[onto_[p]] += on[0];
+      result.velocity[onto_[p]] += on[1];
     }
   }
   return result;

@@ -55,7 +55,7 @@ class OscillatorIntegrator {
 
   Eigen::Index size() const { return rest_.cols(); }
   // What the transition holds: pairs of oscillators, four numbers each.
-  std::size_t pair_count() const { return pairs_.size(); }
+  std::size_t pair_count() const { return onto_.size(); }
 
   // From one instant to the next; forces (n) [N] are linear between. Throws InputError for other sizes.
   void advance(OscillatorState& state, const Eigen::VectorXd& force_before,
@@ -66,11 +66,10 @@ class OscillatorIntegrator {
   OscillatorState repeating(const OscillatorState& push) const;
 
  private:
-  struct Pair {  // what (X, X') of `from` before add to (X, X') of `onto` after
-    Eigen::Index onto;
-    Eigen::Matrix2d transition;
+  struct Particular {
+    Eigen::VectorXd place, rate;  // at the instant before [m], and from then on [m/s]
   };
-  Eigen::VectorXd held(const Eigen::VectorXd& force) const;
+  Particular particular(const Eigen::VectorXd& before, const Eigen::VectorXd& after) const;
   void add_one_way(const OscillatorNetwork& network);
   void add_full(const OscillatorNetwork& network);
 
@@ -79,7 +78,10 @@ class OscillatorIntegrator {
   Eigen::SparseMatrix<double> rest_;     // alpha
   Eigen::MatrixXd inverse_;              // of alpha, where it is not triangular
   Eigen::SparseMatrix<double> damping_;  // gamma
-  std::vector<Pair> pairs_;
+  // Of all pairs, those of one oscillator that acts together: on whom, and what its (X, X') before adds to
+  // theirs after. An oscillator's own pair is its last.
+  std::vector<int> onto_;
+  std::vector<Eigen::Matrix2d> transitions_;
   std::vector<std::size_t> first_;  // of the pairs of each oscillator, and the end
 };
 
