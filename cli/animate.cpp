@@ -32,6 +32,8 @@ namespace {
 constexpr const char* wind_group = "Wind";
 const std::map<std::string, MorphForm> morph_forms{
     {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
+const std::map<std::string, Dynamics> kinds_of_dynamics{
+    {"modal", Dynamics::modal}, {"oscillators", Dynamics::oscillators}, {"time", Dynamics::time}};
 const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
                                                           {"quantised", MeshCompression::quantised},
                                                           {"meshopt", MeshCompression::meshopt}};
@@ -94,6 +96,9 @@ struct AnimateCommand {
   std::optional<double> mass_damping, stiffness_damping;
   LoadFlags loads;
   bool no_aerodynamic_damping = false, no_static_correction = false;
+  std::string dynamics = "modal";
+  int oscillator_modes = 1;
+  bool carried_mass = false;
   int mode_count = 20;
   std::vector<std::string> gauges;
   std::string frames, form, morphs = "biased", compression = "quantised";
@@ -194,6 +199,8 @@ Weather AnimateCommand::weather(const Wind& blowing) const {
                      .aerodynamic = !no_aerodynamic_damping};
   weather.transfer = transfer == "sampled" ? Transfer::sampled : Transfer::bin_averaged;
   weather.static_correction = !no_static_correction;
+  weather.dynamics = kinds_of_dynamics.at(dynamics);
+  weather.oscillators = {.modes = oscillator_modes, .carried_mass = carried_mass};
   const double samples = period * frames_per_second;
   if (!(samples >= 1 && samples <= 1 << 24)) {
     throw InputError("--period " + std::to_string(period) + " at --fps " + std::to_string(frames_per_second),
@@ -314,6 +321,18 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        with_wind,
        "--wind stam or stam-printed, whose filter it sets",
        {"--correlation-time", "--correlation-length"}},
+      {dynamics != "modal",
+       "given with --dynamics " + dynamics,
+       "--dynamics modal, whose bins it averages",
+       {"--transfer"}},
+      {dynamics == "oscillators",
+       "given with --dynamics oscillators",
+       "--dynamics modal or time",
+       {"--no-static-correction", "--drag", "--modes"}},
+      {dynamics != "oscillators",
+       "given with --dynamics " + dynamics,
+       "--dynamics oscillators",
+       {"--oscillator-modes", "--carried-mass"}},
       {mass_damping.has_value(),
        "given with --mass-damping",
        "one of them",
@@ -493,7 +512,10 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
        {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
        {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
        {"aerodynamic_damping", !no_aerodynamic_damping},
-       {"transfer", transfer},
+       {"dynamics", dynamics},
+       {"oscillator_modes", dynamics == "oscillators" ? Json(oscillator_modes) : Json()},
+       {"carried_mass", dynamics == "oscillators" ? Json(carried_mass) : Json()},
+       {"transfer", dynamics == "modal" ? Json(transfer) : Json()},
        {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
        {"period_s", period},
        {"frames_per_second", frames_per_second},
@@ -833,6 +855,20 @@ void add_animate(CLI::App& app) {
       ->group(motion);
   sub.add_flag("--no-aerodynamic-damping", command->no_aerodynamic_damping,
                "Only the damping of the wood; by default the wind damps what moves in it, too")
+      ->group(motion);
+  sub.add_option(
+         "--dynamics", command->dynamics,
+         "modal: modes of the plant, synthesised; time: the same, integrated in time until they repeat; "
+         "oscillators: every branch a beam of its own, as in Shinya and Fournier 1992")
+      ->check(CLI::IsMember(kinds_of_dynamics))
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--oscillator-modes", command->oscillator_modes,
+                 "Of every branch, with --dynamics oscillators")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_flag("--carried-mass", command->carried_mass,
+               "A branch swings with the mass of what it carries, with --dynamics oscillators")
       ->group(motion);
   sub.add_option("--transfer", command->transfer,
                  "bin-averaged: right variance for every period; sampled: as in the papers")

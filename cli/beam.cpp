@@ -35,6 +35,7 @@ void BeamCommand::run() const {
   if (frequency && youngs_modulus)
     throw InputError("--frequency", "given with --youngs-modulus", "one of them");
   if (damping_time && !frequency) throw InputError("--damping-time", "without --frequency", "both");
+  if (count < 1 || count > 1000) throw InputError("--count", std::to_string(count), "1 to 1000");
   if (count > 12 && !plot.empty())
     throw InputError("--count", std::to_string(count), "at most 12 with --plot");
   const std::size_t form = format_of({"-o", output}, format == "table" ? "txt" : format,
