@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "plants.hpp"
+#include "tremula/dynamics/branch_oscillators.hpp"
 #include "tremula/dynamics/gust_average.hpp"
 #include "tremula/dynamics/response.hpp"
 #include "tremula/dynamics/shelter.hpp"
@@ -133,6 +134,47 @@ void shelter_in_crown(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(find_shelter(places, drag_area, Vec3::UnitX()));
 }
 BENCHMARK(shelter_in_crown)->Arg(20000)->Arg(200000)->Unit(benchmark::kMillisecond);
+
+// One frame of the bamboo of F section 6.1, by a thread: every branch one mode in two directions, from the
+// wind at the branches (force) to where the branches are (step). Limit of the step: 36 bytes and 8 flops for
+// every pair of oscillators of which one acts on the other, directly or through others, from cache, and two
+// triangular solutions of 12 bytes and 2 flops a coupling.
+struct Bamboo {
+  BranchOscillators branches;
+  OscillatorIntegrator integrator;
+
+  static BranchOscillators grown() {
+    const GrownPlant plant = grow(parse_lsystem(find_preset("bamboo-2942").text, "bamboo-2942"), {});
+    const Structure structure = assemble(plant.skeleton, {});
+    const Sites sites = structure.find_sites();
+    const Loads loads = linearise_loads(sites, Vec3(5, 1, 0).replicate(1, sites.point_count()));
+    return branch_oscillators(structure, sites, loads, {});
+  }
+  Bamboo() : branches(grown()), integrator(branches.network, 1.0 / 30) {}
+};
+
+void oscillators_step(benchmark::State& state) {
+  const Bamboo bamboo;
+  const Eigen::Index count = bamboo.branches.network.size();
+  OscillatorState now = at_rest(bamboo.branches.network);
+  const Eigen::VectorXd before = Eigen::VectorXd::Random(count), after = Eigen::VectorXd::Random(count);
+  for (auto _ : state) bamboo.integrator.advance(now, before, after);
+  state.counters["axes"] = static_cast<double>(bamboo.branches.axes.size());
+  state.counters["pairs"] = static_cast<double>(bamboo.integrator.pair_count());
+}
+BENCHMARK(oscillators_step)->Unit(benchmark::kMicrosecond);
+
+void oscillators_force(benchmark::State& state) {
+  const Bamboo bamboo;
+  const Eigen::VectorXd gust = Eigen::VectorXd::Random(bamboo.branches.participation.cols());
+  Eigen::VectorXd force(bamboo.branches.network.size());
+  for (auto _ : state) {
+    force.noalias() = bamboo.branches.participation * gust;
+    benchmark::DoNotOptimize(force.data());
+  }
+  state.counters["entries"] = static_cast<double>(bamboo.branches.participation.nonZeros());
+}
+BENCHMARK(oscillators_force)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace tremula

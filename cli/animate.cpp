@@ -258,6 +258,8 @@ Weather AnimateCommand::weather(const Wind& blowing) const {
                      .aerodynamic = !no_aerodynamic_damping};
   weather.transfer = transfer == "sampled" ? Transfer::sampled : Transfer::bin_averaged;
   weather.static_correction = !no_static_correction;
+  weather.dynamics = kinds_of_dynamics.at(dynamics);
+  weather.oscillators = {.modes = oscillator_modes, .carried_mass = carried_mass};
   const double samples = period * frames_per_second;
   if (!(samples >= 1 && samples <= 1 << 24)) {
     throw InputError("--period " + std::to_string(period) + " at --fps " + std::to_string(frames_per_second),

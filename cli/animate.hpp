@@ -25,6 +25,8 @@ namespace tremula::cli {
 
 inline const std::map<std::string, MorphForm> morph_forms{
     {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
+inline const std::map<std::string, Dynamics> kinds_of_dynamics{
+    {"modal", Dynamics::modal}, {"oscillators", Dynamics::oscillators}, {"time", Dynamics::time}};
 inline const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
                                                                  {"quantised", MeshCompression::quantised},
                                                                  {"meshopt", MeshCompression::meshopt}};
@@ -86,6 +88,9 @@ struct AnimateCommand {
   std::vector<double> mode_damping;
   LoadFlags loads;
   bool no_aerodynamic_damping = false, no_static_correction = false;
+  std::string dynamics = "modal";
+  int oscillator_modes = 1;
+  bool carried_mass = false;
   int mode_count = 20;
   std::vector<std::string> gauges;
   std::string frames, form, morphs = "biased", compression = "quantised";

@@ -83,6 +83,18 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        "given with --loads paper, which knows no statistics of the flow",
        "--loads stochastic",
        {"--waves"}},
+      {dynamics != "modal",
+       "given with --dynamics " + dynamics,
+       "--dynamics modal, whose bins it averages",
+       {"--transfer"}},
+      {dynamics == "oscillators",
+       "given with --dynamics oscillators",
+       "--dynamics modal or time",
+       {"--no-static-correction", "--drag", "--modes"}},
+      {dynamics != "oscillators",
+       "given with --dynamics " + dynamics,
+       "--dynamics oscillators",
+       {"--oscillator-modes", "--carried-mass"}},
       {mass_damping.has_value(),
        "given with --mass-damping",
        "one of them",
@@ -226,6 +238,20 @@ void add_animate(CLI::App& app) {
       ->group(motion);
   sub.add_flag("--no-aerodynamic-damping", command->no_aerodynamic_damping,
                "Only the damping of the wood; by default the wind damps what moves in it, too")
+      ->group(motion);
+  sub.add_option(
+         "--dynamics", command->dynamics,
+         "modal: modes of the plant, synthesised; time: the same, integrated in time until they repeat; "
+         "oscillators: every branch a beam of its own, as in Shinya and Fournier 1992")
+      ->check(CLI::IsMember(kinds_of_dynamics))
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_option("--oscillator-modes", command->oscillator_modes,
+                 "Of every branch, with --dynamics oscillators")
+      ->capture_default_str()
+      ->group(motion);
+  sub.add_flag("--carried-mass", command->carried_mass,
+               "A branch swings with the mass of what it carries, with --dynamics oscillators")
       ->group(motion);
   sub.add_option("--transfer", command->transfer,
                  "bin-averaged: right variance for every period; sampled: as in the papers")

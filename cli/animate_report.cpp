@@ -64,8 +64,9 @@ Json describe(const std::optional<WrittenModel>& model) {
           {"bytes", model->bytes}};
 }
 
-// Of every mode by what damps it, as shares of critical damping.
+// Of every mode by what damps it, as shares of critical damping; nothing where branches move, not modes.
 Json describe(const DampingBySource& damping, const Loop& loop) {
+  if (damping.structure.size() == 0) return {};
   Json list = Json::array();
   for (std::size_t c = 1; c < loop.kind.size(); ++c) {
     if (loop.kind[c] != ShapeKind::mode) continue;
@@ -124,7 +125,10 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
        {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
        {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
        {"aerodynamic_damping", !no_aerodynamic_damping},
-       {"transfer", transfer},
+       {"dynamics", dynamics},
+       {"oscillator_modes", dynamics == "oscillators" ? Json(oscillator_modes) : Json()},
+       {"carried_mass", dynamics == "oscillators" ? Json(carried_mass) : Json()},
+       {"transfer", dynamics == "modal" ? Json(transfer) : Json()},
        {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
        {"period_s", period},
        {"frames_per_second", frames_per_second},

@@ -11,5 +11,6 @@ void add_animate(CLI::App& app);
 void add_load(CLI::App& app);
 void add_wind(CLI::App& app);
 void add_info(CLI::App& app);
+void add_beam(CLI::App& app);
 
 }  // namespace tremula::cli

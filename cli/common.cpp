@@ -163,7 +163,8 @@ Json describe(const Plant& plant) {
   for (const Branch& branch : skeleton.branches) {
     const double a = branch.start_radius, b = branch.end_radius;
     length += branch.length();
-    volume += 3.14159265358979323846 / 3 * (a * a + a * b + b * b) * branch.length();
+    volume +=
+        3.14159265358979323846 / 3 * (a * a + a * b + b * b) * branch.length() * tube_share(branch.wall).area;
     thinnest = std::min({thinnest, a, b});
     thickest = std::max({thickest, a, b});
   }

@@ -97,6 +97,7 @@ int run(int argc, char** argv) {
   tremula::cli::add_grow(app);
   tremula::cli::add_wind(app);
   tremula::cli::add_info(app);
+  tremula::cli::add_beam(app);
   for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
     tremula::cli::check_values(*command);
   refuse_unknown_command(app, argc, argv);

@@ -3,7 +3,10 @@
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/dynamics/gauge.hpp"
+#include "tremula/dynamics/principal_motion.hpp"
 #include "tremula/dynamics/response.hpp"
+#include "tremula/dynamics/wind_forces.hpp"
+#include "tremula/numerics/fft.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +14,8 @@
 #include <numbers>
 #include <string>
 #include <utility>
+
+#include <tbb/parallel_for.h>
 
 namespace tremula {
 namespace {
@@ -90,6 +95,83 @@ Modes modes_about(const Lean& lean, Modes baked) {
   return solve_modes(lean.structure, options);
 }
 
+// By modes and static shapes of the structure as it leans.
+Motion by_modes(const Lean& lean, Modes modes, const Weather& weather, const PointWind& wind,
+                const Progress& progress) {
+  // The shape that superposes knows nothing of how branches turn; a sheet that did not turn into the wind
+  // would have the wrong forces altogether.
+  const bool turning = lean.strains.size() > 0 || (lean.structure.sheet && lean.loads.damp);
+  const StaticShapes more = weather.static_correction
+                                ? static_shapes(lean.structure, lean.sites, lean.loads, modes, turning)
+                                : StaticShapes{{}, Eigen::MatrixXd(lean.structure.size(), 0)};
+  Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
+  const auto moving = basis.columns.rightCols(basis.count() - 1);
+  const ModalSystem system = modal_system(basis, lean, weather.damping, turning);  // rad/s, 1/s
+
+  tell(progress, "response");
+  const bool in_time = weather.dynamics == Dynamics::time;
+  const BinTransfer transfer(system, weather.loop,
+                             wind.has_draws && !in_time ? weather.transfer : Transfer::sampled, wind.power);
+  const auto response_done = [&](double done) { tell(progress, "response", done); };
+  std::vector<Eigen::MatrixXcd> drag;  // of the square of the wind, every instant its own
+  if (weather.drag == Drag::quadratic)
+    drag = drag_in_time(lean.sites, lean.loads, weather.loads, moving, transfer, weather.loop, wind,
+                        response_done);
+  Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
+  if (!drag.empty()) participation.setZero();  // what is left to add to it is linear in the wind
+  const Eigen::MatrixXd inertia = modal_inertia(lean.sites, lean.loads, moving);  // sqrt(kg)
+  Eigen::MatrixXd coordinates;                                                    // m sqrt(kg)
+  if (in_time) {
+    Eigen::MatrixXcd forces =
+        drag.empty() ? wind_forces(participation, weather.loop, wind) : std::move(drag[0]);
+    if (inertia.size() > 0) forces += rate_of(wind_forces(inertia, weather.loop, wind), weather.loop);
+    const Eigen::MatrixXd samples = samples_from_half_spectra(forces, weather.loop.sample_count);
+    coordinates = repeat_in_time(network_of(system), weather.loop.period, samples.transpose()).transpose();
+  } else {
+    Eigen::MatrixXcd spectra;
+    if (!drag.empty()) spectra = respond(transfer, weather.loop, drag);
+    if (drag.empty()) {
+      spectra = respond(transfer, participation, weather.loop, wind, response_done, inertia);
+    } else if (inertia.size() > 0) {
+      spectra += respond(transfer, participation, weather.loop, wind, {}, inertia);
+    }
+    coordinates = samples_from_half_spectra(spectra, weather.loop.sample_count);
+  }
+  Motion motion = make_motion(std::move(basis), weather.loop, coordinates);
+  motion.damping = by_source(system, weather.damping);
+  return motion;
+}
+
+// By the branches, each for itself (F), told as a few shapes.
+Motion by_oscillators(const Lean& lean, const Weather& weather, const PointWind& wind,
+                      const Progress& progress, std::vector<std::string>* warnings) {
+  if (weather.drag == Drag::quadratic)
+    throw InputError("drag", "quadratic, with oscillators", "linear: each branch is driven by its own fit");
+  if (lean.loads.pull && warnings)
+    warnings->emplace_back("branches as oscillators feel drag alone, not that the water speeds up");
+  const BranchOscillators branches =
+      branch_oscillators(lean.structure, lean.sites, lean.loads, weather.damping, weather.oscillators);
+  tell(progress, "response");
+  const Eigen::MatrixXd coordinates =
+      samples_from_half_spectra(respond_in_frequency(branches.network, weather.loop,
+                                                     wind_forces(branches.participation, weather.loop, wind)),
+                                weather.loop.sample_count);  // m sqrt(kg)
+  Eigen::MatrixXd displacements(lean.structure.size(), weather.loop.sample_count);
+  tbb::parallel_for(Eigen::Index{0}, displacements.cols(), [&](Eigen::Index p) {
+    displacements.col(p) = displacement_of(branches, lean.structure, coordinates.row(p).transpose());
+  });
+  const PrincipalOptions options;
+  PrincipalMotion told = principal_motion(lean.displacement, weather.loop, displacements, options);
+  if (warnings && told.left_out > options.tolerance) {
+    char text[120];
+    std::snprintf(text, sizeof text,
+                  "the %d shapes that tell the motion of the branches leave out %.2g %% of it",
+                  told.motion.basis.count() - 1, 100 * told.left_out);
+    warnings->push_back(text);
+  }
+  return std::move(told.motion);
+}
+
 }  // namespace
 
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress) {
@@ -123,42 +205,16 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   const double ground = weather.ground.value_or(ground_height(structure));
   const WindAt mean_wind = wind_at(weather.wind, weather.loop, ground, structure);  // m/s
   const Lean lean = find_lean(structure, mean_wind, weather.loads, weather.lean);   // m, rad; N
-  modes = modes_about(lean, std::move(modes));                                      // Hz, 1/sqrt(kg)
 
   tell(progress, "wind");
   const PointWind wind = wind_at_points(weather.wind, weather.loop, above(ground, lean.sites.points));  // m/s
   if (warnings) *warnings = wind.warnings;
 
   tell(progress, "loads");
-  // The shape that superposes knows nothing of how branches turn; a sheet that did not turn into the wind
-  // would have the wrong forces altogether.
-  const bool turning = lean.strains.size() > 0 || (structure.sheet && lean.loads.damp);
-  const StaticShapes more = weather.static_correction
-                                ? static_shapes(lean.structure, lean.sites, lean.loads, modes, turning)
-                                : StaticShapes{{}, Eigen::MatrixXd(structure.size(), 0)};
-  Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
-  const auto moving = basis.columns.rightCols(basis.count() - 1);
-  const ModalSystem system = modal_system(basis, lean, weather.damping, turning);  // rad/s, 1/s
-
-  tell(progress, "response");
-  const BinTransfer transfer(system, weather.loop, wind.has_draws ? weather.transfer : Transfer::sampled,
-                             wind.power);
-  const auto response_done = [&](double done) { tell(progress, "response", done); };
-  Eigen::MatrixXd participation = modal_participation(lean.sites, lean.loads, moving);  // sqrt(kg)/s
-  const Eigen::MatrixXd inertia = modal_inertia(lean.sites, lean.loads, moving);        // sqrt(kg)
-  Eigen::MatrixXcd spectra;                                                             // m sqrt(kg)
-  if (weather.drag == Drag::quadratic) {
-    spectra = respond(transfer, weather.loop,
-                      drag_in_time(lean.sites, lean.loads, weather.loads, moving, transfer, weather.loop,
-                                   wind, response_done));
-    participation.setZero();  // what is left to add is linear in the wind
-    if (inertia.size() > 0) spectra += respond(transfer, participation, weather.loop, wind, {}, inertia);
-  } else {
-    spectra = respond(transfer, participation, weather.loop, wind, response_done, inertia);
-  }
-  Motion motion = make_motion(std::move(basis), weather.loop, spectra);
+  Motion motion = weather.dynamics == Dynamics::oscillators
+                      ? by_oscillators(lean, weather, wind, progress, warnings)
+                      : by_modes(lean, modes_about(lean, std::move(modes)), weather, wind, progress);
   motion.lean_strains = lean.strains;
-  motion.damping = by_source(system, weather.damping);
   motion.mean_drag = mean_drag(lean.loads);
   for (const Gauge& gauge : weather.gauges)
     motion.readings.push_back(read_gauge(lean, motion.basis, gauge));  // N, N m

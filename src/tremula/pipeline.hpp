@@ -2,6 +2,7 @@
 // the motion vary. pipeline.cpp is the whole story.
 #pragma once
 
+#include "tremula/dynamics/branch_oscillators.hpp"
 #include "tremula/dynamics/damping.hpp"
 #include "tremula/dynamics/drag_in_time.hpp"
 #include "tremula/dynamics/lean.hpp"
@@ -39,12 +40,21 @@ struct Subject {
   Modes modes;
 };
 
+// How the wind becomes motion.
+enum class Dynamics {
+  modal,  // the modes of the whole plant, synthesised bin by bin (S)
+  time,   // the same modes, integrated in time until they repeat: exact for forces linear between samples
+  oscillators,  // every branch its own beam (F section 6.1, branch_oscillators.hpp), of trees alone
+};
+
 struct Weather {
   Wind wind = turbulent_wind({}, 0.2);
   std::optional<double> ground =
       {};  // heights count from here [m]; not given: from the lowest node that is held
   LoadOptions loads = {};
-  Drag drag = Drag::linear;  // of the gusts about the mean loads
+  Dynamics dynamics = Dynamics::modal;
+  BranchOscillatorOptions oscillators = {};  // of Dynamics::oscillators
+  Drag drag = Drag::linear;                  // of the gusts about the mean loads
   LeanOptions lean = {};
   Damping damping = {};
   Transfer transfer = Transfer::bin_averaged;

@@ -35,7 +35,7 @@ void expect_refused(const std::string& arguments, const std::vector<std::string>
 
 TEST(Program, HelpOfEveryCommandHasExamples) {
   const test::TemporaryFolder folder;
-  for (const std::string command : {"", "animate", "modes", "grow", "wind", "info"}) {
+  for (const std::string command : {"", "animate", "modes", "grow", "wind", "info", "beam"}) {
     const Outcome outcome = run(folder, command + " --help");
     EXPECT_EQ(outcome.code, 0) << command;
     EXPECT_THAT(outcome.output, HasSubstr("Examples:\n  tremula ")) << command;

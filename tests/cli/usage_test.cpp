@@ -148,5 +148,38 @@ TEST(Usage, NoNumericFlagMakesTheProgramAnswerBadly) {
   EXPECT_EQ(std::system(command.c_str()), 0) << contents(folder / "found");
 }
 
+TEST(Usage, EveryDynamicsAnimatesAndRefusesTheFlagsOfTheOthers) {
+  const test::TemporaryFolder folder;
+  std::vector<std::string> tables;
+  for (const std::string dynamics : {"modal", "time", "oscillators"}) {
+    const Outcome outcome =
+        run(folder, "animate stam-17 -o " + dynamics + ".csv --period 4 --frames 3 --dynamics " + dynamics);
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    tables.push_back(contents(folder / (dynamics + ".csv")));
+    EXPECT_EQ(std::count(tables.back().begin(), tables.back().end(), '\n'),
+              std::count(tables.front().begin(), tables.front().end(), '\n'));
+  }
+  EXPECT_NE(tables[0], tables[2]);
+  expect_refused("animate stam-17 -o a.csv --dynamics waves", {"--dynamics", "'waves'", "oscillators"});
+  expect_refused("animate stam-17 -o a.csv --dynamics time --transfer sampled",
+                 {"--transfer", "given with --dynamics time"});
+  for (const std::string flag : {"--drag quadratic", "--no-static-correction", "--modes 10"})
+    expect_refused("animate stam-17 -o a.csv --dynamics oscillators " + flag,
+                   {flag.substr(0, flag.find(' ')), "given with --dynamics oscillators"});
+  expect_refused("animate stam-17 -o a.csv --carried-mass",
+                 {"--carried-mass", "given with --dynamics modal", "--dynamics oscillators"});
+  expect_refused("animate stam-17 -o a.csv --dynamics oscillators --oscillator-modes 9", {"9", "1 to 8"});
+  expect_refused("animate " + (test::source_folder() / "examples/frames/pergola.toml").string() +
+                     " -o a.csv --dynamics oscillators",
+                 {"oscillators: a frame, wanted a tree"});
+}
+
+TEST(Usage, OfABeamIsRefusedWhereItsWallIsThickerThanItsRadius) {
+  expect_refused("beam --radius 0.01 --wall 0.02", {"--wall: 0.02 m, in a radius of 0.01 m"});
+  expect_refused("beam --frequency 2 --youngs-modulus 1e9", {"--frequency", "--youngs-modulus"});
+  expect_refused("beam --damping-time 1", {"--damping-time", "--frequency"});
+  expect_refused("beam --count 0", {"--count", "0", "1 to "});
+}
+
 }  // namespace
 }  // namespace tremula

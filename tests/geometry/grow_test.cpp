@@ -301,5 +301,22 @@ TEST(Grow, GrowsADeepPlantWithoutRecursion) {
   EXPECT_EQ(grown("steps: 90000\naxiom: !(0.1) A\nA -> F(0.001) [ A ]\n").branch_count(), 90000);
 }
 
+TEST(Grow, DrawsTubesWithTheWallThatTheThirdNumberOfFSays) {
+  const GrownPlant plant = grow(
+      parse_lsystem("axiom: !(0.03) F(1, 0.02, 0.005) F(0.02, 0.02) F(1, 0.01, 0.01)\nsteps: 0\n", "tube"),
+      {});
+  const std::vector<Branch>& branches = plant.skeleton.branches;
+  ASSERT_EQ(branches.size(), 3U);
+  EXPECT_DOUBLE_EQ(branches[0].wall, 0.25);
+  EXPECT_EQ(branches[1].wall, 1);  // a node: the wall across the tube
+  EXPECT_EQ(branches[2].wall, 1);
+}
+
+TEST(Grow, RefusesAWallThickerThanTheRadius) {
+  EXPECT_EQ(test::complaint_of(
+                [] { grow(parse_lsystem("axiom: !(0.03) F(1, 0.02, 0.021)\nsteps: 0\n", "tube"), {}); }),
+            "tube:1: wall of F is 0.021, wanted 1e-07 to 0.02");
+}
+
 }  // namespace
 }  // namespace tremula

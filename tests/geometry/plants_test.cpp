@@ -42,6 +42,7 @@ const std::map<std::string, Stated> stated = {
     {"birch", {{9, 10.5}, {4000, 6000}, {8000, 11000}, {55, 80}, 1}},
     {"willow", {{5.5, 8.5}, {3800, 6000}, {7500, 11500}, {32, 50}, 1}},
     {"bamboo", {{3.5, 5}, {700, 1200}, {1200, 2000}, {140, 300}, 9}},
+    {"bamboo-2942", {{7, 10.5}, {2942, 2942}, {2000, 6000}, {75, 120}, 1}},
     {"stam-17", {{1.2, 1.9}, {17, 17}, {0, 0}, {50, 95}, 1}},
     {"stam-55", {{1.8, 2.9}, {55, 55}, {0, 0}, {45, 80}, 1}},
     {"stam-62", {{1.9, 3.0}, {62, 62}, {0, 0}, {45, 80}, 1}},
@@ -171,6 +172,32 @@ TEST(GrowingGuide, ShowsPlantsThatGrow) {
   EXPECT_EQ(branches[0], 6);
   EXPECT_EQ(branches[1], 8 + 8 * 9 / 2);
   EXPECT_GT(branches[2], 80);
+}
+
+TEST(Bamboo, HasExactly2942BranchesWhateverTheSeed) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed)
+    EXPECT_EQ(grow_preset("bamboo-2942", seed).skeleton.branch_count(), 2942) << seed;
+}
+
+// One culm: tubes of one share of their radius, with a solid piece after each, and twigs that are solid.
+TEST(Bamboo, IsACulmOfTubesWithNodesBetweenThem) {
+  const Skeleton skeleton = grow_preset("bamboo-2942", 1).skeleton;
+  ASSERT_EQ(skeleton.root_count(), 1);
+  int tubes = 0;
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Branch& branch = skeleton.branches[static_cast<std::size_t>(k)];
+    if (branch.wall == 1) continue;
+    ++tubes;
+    EXPECT_NEAR(branch.wall, 0.2, 1e-12);
+    const int below = skeleton.parent(k);
+    if (below >= 0) {
+      EXPECT_EQ(skeleton.branches[static_cast<std::size_t>(below)].wall, 1);
+    }
+  }
+  EXPECT_EQ(tubes, 34);
+  double wall = 1;
+  for (const Branch& branch : grow_preset("bamboo", 1).skeleton.branches) wall = std::min(wall, branch.wall);
+  EXPECT_NEAR(wall, 0.25, 1e-12);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "tremula/geometry/skeleton.hpp"
 
+#include "tremula/base/error.hpp"
+
 #include <functional>
 #include <limits>
 #include <string>
@@ -97,6 +99,25 @@ TEST(Extent, HoldsRootsStartsEndsAndLeaves) {
   skeleton.leaves[0].base.y() = 4;
   EXPECT_EQ(extent(skeleton).low, Vec3(-3, 0, -1));
   EXPECT_EQ(extent(skeleton).high, Vec3(1, 4, 2.1));
+}
+
+TEST(CheckSkeleton, RefusesAWallThickerThanTheRadiusInOneLine) {
+  Skeleton skeleton;
+  skeleton.roots.push_back(Vec3::Zero());
+  skeleton.branches.push_back({.start_node = 0,
+                               .start = Vec3::Zero(),
+                               .end = Vec3::UnitZ(),
+                               .start_radius = 0.01,
+                               .end_radius = 0.01,
+                               .wall = 0.2});
+  check_skeleton(skeleton, "culm");
+  for (const double wall : {0.0, -0.1, 1.2}) {
+    skeleton.branches[0].wall = wall;
+    EXPECT_THROW(check_skeleton(skeleton, "culm"), InputError) << wall;
+  }
+  EXPECT_EQ(test::complaint_of([&] { check_skeleton(skeleton, "culm"); }),
+            "culm: branch 0: its wall is 1.2 of the radius, wanted above 0, and no thicker than the radius "
+            "(1: solid)");
 }
 
 }  // namespace

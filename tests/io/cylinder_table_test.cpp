@@ -207,5 +207,16 @@ TEST(ReadCylinderTable, SaysThatRowsAreMissing) {
             "1 segment without parent joined to the nearest branch, at 0.05 m (line 3)");
 }
 
+TEST(ReadSimpleForest, TakesAColumnOfWallsForTubes) {
+  const Skeleton skeleton =
+      read_text(
+          "ID,parentID,startX,startY,startZ,endX,endY,endZ,radius,wall\n0,-1,0,0,0,0,0,2,0.5,0.125\n"
+          "1,0,0,0,2,1,0,2,0.25,NA\n")
+          .skeleton;
+  ASSERT_EQ(skeleton.branch_count(), 2);
+  EXPECT_DOUBLE_EQ(skeleton.branches[0].wall, 0.25);
+  EXPECT_EQ(skeleton.branches[1].wall, 1);
+}
+
 }  // namespace
 }  // namespace tremula

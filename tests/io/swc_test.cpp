@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include <gmock/gmock.h>
+#include "complaint.hpp"
 #include "io/input_files.hpp"
 #include "trees.hpp"
 
@@ -29,6 +31,7 @@ void expect_identical(const Skeleton& a, const Skeleton& b) {
     EXPECT_EQ(a.branches[k].end, b.branches[k].end) << k;
     EXPECT_EQ(a.branches[k].start_radius, b.branches[k].start_radius) << k;
     EXPECT_EQ(a.branches[k].end_radius, b.branches[k].end_radius) << k;
+    EXPECT_EQ(a.branches[k].wall, b.branches[k].wall) << k;
   }
   ASSERT_EQ(a.leaves.size(), b.leaves.size());
   for (std::size_t k = 0; k < a.leaves.size(); ++k) {
@@ -55,6 +58,7 @@ Skeleton wild_skeleton(std::uint64_t seed) {
   for (std::size_t k = 1; k < skeleton.branches.size(); ++k) {
     Branch& branch = skeleton.branches[k];
     if (draw(k, 10) < 0.1) branch.start_node = 1;
+    if (draw(k, 16) < 0.3) branch.wall = 0.05 + 0.9 * draw(k, 17);
     branch.start = skeleton.node_position(branch.start_node);
     if (draw(k, 11) < 0.3) branch.start += 0.1 * Vec3(draw(k, 12) - 0.5, draw(k, 13) - 0.5, draw(k, 14));
     const double radius =
@@ -310,6 +314,27 @@ TEST(ReadSwc, RefusesAColorChannelAboveOne) {
 TEST(WriteSwc, RefusesAColorThatIsNotFinite) {
   const PlantColors colors{.bark = Eigen::Vector3f(0.1F, std::numeric_limits<float>::quiet_NaN(), 0.1F)};
   EXPECT_THROW(encode_swc(test::random_tree(4, 2), colors), Error);
+}
+
+TEST(ReadSwc, TakesTheWallsOfTubesFromAColumnInTheUnitOfTheRadius) {
+  const Skeleton skeleton =
+      read_text("id,x,y,z,radius,parent,wall\n1,0,0,0,0.04,-1,0\n2,0,0,1,0.04,1,0.01\n3,0,0,2,0.02,2,\n")
+          .skeleton;
+  ASSERT_EQ(skeleton.branch_count(), 2);
+  EXPECT_DOUBLE_EQ(skeleton.branches[0].wall, 0.25);
+  EXPECT_EQ(skeleton.branches[1].wall, 1);
+}
+
+TEST(ReadSwc, RefusesAWallThickerThanTheRadius) {
+  EXPECT_THAT(test::complaint_of(
+                  [] { read_text("id,x,y,z,radius,parent,wall\n1,0,0,0,0.04,-1,0\n2,0,0,1,0.04,1,0.05\n"); }),
+              testing::HasSubstr(":3: wall is 0.05, wanted a thickness of 1e-12 to the radius, 0.04, or 0"));
+  EXPECT_THAT(test::complaint_of(
+                  [] { read_text("# tremula skeleton\n1 1 0 0 0 0.1 -1\n2 2 0 0 1 0.1 1\n# wall 2 1.5\n"); }),
+              testing::HasSubstr(":4: wall is 1.5, wanted above 0, and no thicker than the radius"));
+  EXPECT_THAT(test::complaint_of(
+                  [] { read_text("# tremula skeleton\n1 1 0 0 0 0.1 -1\n2 2 0 0 1 0.1 1\n# wall 7 0.5\n"); }),
+              testing::HasSubstr(":4: wall sample is 7, wanted the id of a sample that ends a branch"));
 }
 
 }  // namespace

@@ -243,6 +243,21 @@ TEST(SolveModes, OnASpringShapesAreOrthonormalAndNoneIsMissing) {
   for (int r = 0; r < 20; ++r) EXPECT_LT(modes.frequency[r], clamped.frequency[r]);
 }
 
+// A tube of uniform wall: sqrt((1 - k^4)/(1 - k^2)) = sqrt(1 + k^2) times the solid stem of its radius.
+TEST(SolveModes, OfATubeAreThoseOfTheStemTimesTheRootOfOnePlusTheSquareOfItsBore) {
+  const Skeleton solid = test::straight_stem(12, 4, 0.02, 0.02);
+  const StructureOptions options = test::weightless({.rotatory_inertia = false});
+  const Modes of_stem = solve_modes(assemble(solid, options), {.count = 6});
+  for (const double wall : {0.9, 0.25, 0.1}) {
+    Skeleton hollow = solid;
+    for (Branch& branch : hollow.branches) branch.wall = wall;
+    const Modes of_tube = solve_modes(assemble(hollow, options), {.count = 6});
+    const double bore = 1 - wall;
+    for (int r = 0; r < 6; ++r)
+      EXPECT_NEAR(of_tube.frequency[r] / of_stem.frequency[r], std::sqrt(1 + bore * bore), 1e-9) << wall;
+  }
+}
+
 // The frequency equation of a truncated cone, zero at its frequencies. Measured from the apex, x^-1 J_2(2 k
 // sqrt x) and its three kin Y, I, K solve the beam equation, with k^2 = lambda/(1 - ratio)^2 where the base
 // lies at x = 1.

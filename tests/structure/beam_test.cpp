@@ -71,6 +71,68 @@ TEST(Compliance, OfThePaperSectionTakesTheMeanRadiusAndFourTimesTheInertia) {
   EXPECT_NEAR(printed.axial / mean.axial, 1, 1e-14);
 }
 
+Beam tube_of(double length, double start_radius, double end_radius, double wall) {
+  Branch branch = test::make_branch(0, Vec3::Zero(), length * Vec3::UnitX(), start_radius, end_radius);
+  branch.wall = wall;
+  return make_beam(branch, wood, Section::exact);
+}
+
+// By a quadrature over sections of the outer radius less those of the bore.
+TEST(Tube, HasTheComplianceAndTheMassOfAStemLessItsBore) {
+  const double L = 1.3, base = 0.03, tip = 0.02;
+  for (const double wall : {0.05, 0.2, 0.7}) {
+    const Beam tube = tube_of(L, base, tip, wall);
+    const Compliance c = compliance(tube);
+    double axial = 0, torsion = 0, deflection = 0, slope = 0, mass = 0;
+    for (const QuadraturePoint& q : gauss_legendre(100)) {
+      const double r = base + q.position * (tip - base), bore = r * (1 - wall), w = q.weight * L;
+      const double A = pi * (r * r - bore * bore), I = pi / 4 * (std::pow(r, 4) - std::pow(bore, 4));
+      axial += w / (wood.youngs_modulus * A);
+      torsion += w / (wood.shear_modulus * 2 * I);
+      deflection += w * std::pow((1 - q.position) * L, 2) / (wood.youngs_modulus * I);
+      slope += w / (wood.youngs_modulus * I);
+      mass += w * wood.density * A;
+      EXPECT_NEAR(bending_stiffness_at(tube, q.position) / (wood.youngs_modulus * I), 1, 1e-12);
+      EXPECT_NEAR(mass_per_length_at(tube, q.position) / (wood.density * A), 1, 1e-12);
+    }
+    EXPECT_NEAR(c.axial / axial, 1, 1e-12) << wall;
+    EXPECT_NEAR(c.torsion / torsion, 1, 1e-12) << wall;
+    EXPECT_NEAR(c.deflection / deflection, 1, 1e-12) << wall;
+    EXPECT_NEAR(c.slope / slope, 1, 1e-12) << wall;
+    EXPECT_NEAR(consistent_mass(tube, true).axial.sum() / mass, 1, 1e-12) << wall;
+    EXPECT_NEAR(volume_beyond(tube, 0).volume * wood.density / mass, 1, 1e-12) << wall;
+    double volume = 0;
+    for (const VolumePoint& point : volume_points(tube)) volume += point.volume;
+    EXPECT_NEAR(volume * wood.density / mass, 1, 1e-12) << wall;
+    // The strain energy of a stretched or twisted tube is half the stiffness of its end.
+    const Strain strain = strain_at(tube, c, 0.4);
+    const double r = base + 0.4 * (tip - base), bore = r * (1 - wall);
+    EXPECT_NEAR(strain.axial * wood.youngs_modulus * pi * (r * r - bore * bore) * c.axial, 1, 1e-12);
+    EXPECT_NEAR(
+        strain.torsion * wood.shear_modulus * pi / 2 * (std::pow(r, 4) - std::pow(bore, 4)) * c.torsion, 1,
+        1e-12);
+  }
+}
+
+TEST(Tube, WithAThinWallHasPiR3Delta) {
+  const double r = 0.04;
+  for (const double wall : {1e-3, 1e-5}) {
+    const double delta = wall * r, middle = r - delta / 2;
+    EXPECT_NEAR(bending_stiffness_at(tube_of(1, r, r, wall), 0) /
+                    (wood.youngs_modulus * pi * std::pow(middle, 3) * delta),
+                1, wall * wall);
+  }
+}
+
+TEST(Tube, WhoseWallIsTheRadiusIsTheSolidStemToTheBit) {
+  const Beam tube = tube_of(1.1, 0.03, 0.02, 1), stem = beam_of(1.1, 0.03, 0.02);
+  EXPECT_EQ(tube.inertia_factor, stem.inertia_factor);
+  EXPECT_EQ(tube.tube.area, 1);
+  EXPECT_EQ(tube.tube.polar, 1);
+  EXPECT_EQ(compliance(tube).deflection, compliance(stem).deflection);
+  EXPECT_EQ(consistent_mass(tube, true).bending, consistent_mass(stem, true).bending);
+}
+
 TEST(Shape, IsHermitesCubicsForEqualRadii) {
   const double L = 0.8;
   const Beam beam = beam_of(L, 0.02, 0.02);

@@ -130,7 +130,7 @@ GaugeReading reading_of(const Lean& lean, const Basis& basis, const Gauge& gauge
                        .axes = section_axes(member.direction),
                        .radius = beam.start_radius + gauge.place * (beam.end_radius - beam.start_radius),
                        .per_coordinate = Eigen::MatrixXd::Zero(6, basis.count())};
-  const double area = pi * reading.radius * reading.radius;
+  const double area = pi * reading.radius * reading.radius * beam.tube.area;
   reading.axial_stiffness = beam.material.youngs_modulus * area;
   reading.bending_stiffness =
       beam.material.youngs_modulus * beam.inertia_factor * std::pow(reading.radius, 4);

@@ -36,10 +36,15 @@ Eigen::VectorXd interpolated(const Motion& motion, double time, Interpolation in
 }  // namespace
 
 Motion make_motion(Basis basis, const TimeAxis& loop, const Eigen::MatrixXcd& spectra) {
-  check_equal("leans of the basis", basis.count(ShapeKind::lean), 1);
   check_equal("columns of the spectra", spectra.cols(), basis.count() - 1);
-  const Eigen::MatrixXd samples = samples_from_half_spectra(spectra, loop.sample_count);
-  Motion motion{loop.period, std::move(basis), Eigen::MatrixXd(loop.sample_count, spectra.cols() + 1)};
+  return make_motion(std::move(basis), loop, samples_from_half_spectra(spectra, loop.sample_count));
+}
+
+Motion make_motion(Basis basis, const TimeAxis& loop, const Eigen::MatrixXd& samples) {
+  check_equal("leans of the basis", basis.count(ShapeKind::lean), 1);
+  check_equal("rows of the samples", samples.rows(), loop.sample_count);
+  check_equal("columns of the samples", samples.cols(), basis.count() - 1);
+  Motion motion{loop.period, std::move(basis), Eigen::MatrixXd(loop.sample_count, samples.cols() + 1)};
   motion.coordinates << Eigen::VectorXd::Ones(loop.sample_count), samples;
   return motion;
 }

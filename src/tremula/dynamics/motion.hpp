@@ -38,6 +38,9 @@ struct Motion {
 // From the coefficients of all coordinates but the lean's, a row a bin (M/2+1 x (c - 1)).
 Motion make_motion(Basis basis, const TimeAxis& loop, const Eigen::MatrixXcd& spectra);
 
+// From samples of those coordinates (M x (c - 1)).
+Motion make_motion(Basis basis, const TimeAxis& loop, const Eigen::MatrixXd& samples);
+
 enum class Interpolation {
   linear,  // S section 7
   cubic,   // periodic Catmull-Rom: smooth velocity, same samples

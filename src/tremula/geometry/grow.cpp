@@ -15,6 +15,7 @@ namespace {
 constexpr double max_steps = 100'000;
 constexpr double min_length = 1e-6, max_length = 1e4;  // [m]
 constexpr double min_radius = 1e-6, max_radius = 100;  // [m]
+constexpr double min_wall = 1e-7;                      // [m], and at most the radius
 constexpr double max_distance = 1e5;                   // [m] from the origin
 constexpr double max_angle = 1e6;  // [degrees] beyond it sine and cosine have lost their digits
 
@@ -235,14 +236,19 @@ class Grower {
       refuse(module.line, "more branches than " + std::to_string(limits_.branches), "a plant of fewer");
     }
     require(module, "length", a[0], min_length, max_length);
-    if (a.size() == 2) {
+    if (a.size() >= 2) {
       require(module, "radius", a[1], min_radius, max_radius);
       if (turtle_.radius() == 0) turtle_.set_radius(a[1]);
     } else if (turtle_.radius() == 0) {
       refuse(module.line, "F without a radius",
              "!(radius) before it, F(length, end radius), or a tip_radius");
     }
-    turtle_.draw(a[0], a.size() == 2 ? a[1] : turtle_.radius());
+    double wall = 1;
+    if (a.size() == 3) {
+      require(module, "wall", a[2], min_wall, a[1]);
+      wall = a[2] / a[1];
+    }
+    turtle_.draw(a[0], a.size() >= 2 ? a[1] : turtle_.radius(), wall);
     check_position(module, turtle_.position());
   }
 

@@ -24,7 +24,11 @@ struct TurtleLetter {
 
 const std::vector<TurtleLetter>& turtle_letters() {
   static const std::vector<TurtleLetter> letters = {
-      {"F", TurtleCommand::draw, {1, 2}, "F(length) or F(length, end radius)", true},
+      {"F",
+       TurtleCommand::draw,
+       {1, 2, 3},
+       "F(length), F(length, end radius) or F(length, end radius, wall)",
+       true},
       {"f", TurtleCommand::move, {1}, "f(length)", true},
       {"L",
        TurtleCommand::leaf,

@@ -60,6 +60,10 @@ void check_skeleton(const Skeleton& skeleton, const std::string& name, const Ske
     check_point(branch.end, name, "branch", k, "end");
     check_size(branch.start_radius, name, "branch", k, "start radius");
     check_size(branch.end_radius, name, "branch", k, "end radius");
+    if (!(branch.wall > 0 && branch.wall <= 1)) {
+      reject(name, "branch", k, "its wall is " + shown(branch.wall) + " of the radius",
+             "above 0, and no thicker than the radius (1: solid)");
+    }
     if (branch.length() == 0 && leniency.branches_without_length) continue;
     check_size(branch.length(), name, "branch", k, "length");
   }

@@ -17,6 +17,7 @@ struct Branch {
   Vec3 end = Vec3::Zero();    // [m]
   double start_radius = 0;    // [m] > 0
   double end_radius = 0;      // [m] > 0
+  double wall = 1;            // of a tube: thickness of the wall over the radius, all along; 1: solid
 
   double length() const { return (end - start).norm(); }
 };
@@ -57,8 +58,8 @@ struct Skeleton {
 };
 
 // Throws InputError (place: `name`) unless the skeleton is one the later stages can work with: at least one
-// root and one branch, start nodes before end nodes, finite coordinates, radii > 0, lengths > 0, leaves on
-// existing branches with finite positive sizes.
+// root and one branch, start nodes before end nodes, finite coordinates, radii > 0, walls no thicker than
+// those, lengths > 0, leaves on existing branches with finite positive sizes.
 void check_skeleton(const Skeleton& skeleton, const std::string& name);
 
 struct Extent {

@@ -34,14 +34,15 @@ void Turtle::set_tropism(double strength, const Vec3& direction) {
   state_.tropism_direction = direction.normalized();
 }
 
-void Turtle::draw(double length, double end_radius) {
-  assert(length > 0 && end_radius > 0 && state_.radius > 0);
+void Turtle::draw(double length, double end_radius, double wall) {
+  assert(length > 0 && end_radius > 0 && state_.radius > 0 && wall > 0 && wall <= 1);
   Branch branch;
   branch.start_node = on_ground() ? -1 - root_here() : state_.branch;
   branch.start = state_.position;
   branch.end = state_.position + length * state_.heading;
   branch.start_radius = state_.radius;
   branch.end_radius = end_radius;
+  branch.wall = wall;
   state_.position = branch.end;
   state_.radius = end_radius;
   state_.branch = static_cast<int>(skeleton_.branches.size());

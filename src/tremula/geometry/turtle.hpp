@@ -37,8 +37,8 @@ class Turtle {
   void set_radius(double radius) { state_.radius = radius; }  // [m]
 
   // Draws a branch that begins with the radius and at the node where the turtle is. On the ground, where
-  // there is no node yet, it makes a root of the place. [m]
-  void draw(double length, double end_radius);
+  // there is no node yet, it makes a root of the place. [m]. wall: as Branch::wall.
+  void draw(double length, double end_radius, double wall = 1);
   // Only on the ground: a gap within a plant would not hold together. [m]
   void move(double length);
   // Hangs a leaf on the branch drawn last, at `position` (0 its start, 1 its end), along the heading, its

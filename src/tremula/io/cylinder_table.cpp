@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/cylinders.hpp"
+#include "tremula/io/wall_column.hpp"
 
 #include <array>
 #include <limits>
@@ -16,7 +17,7 @@ using Columns3 = std::array<Column, 3>;
 // Where everything stands. Names as rTwig's dictionary of QSM formats and the writers of the programs
 // themselves have them.
 struct Columns {
-  Column id, parent, radius, length;
+  Column id, parent, radius, length, wall;
   Columns3 start, end, axis;
   bool towards_parent = false;  // treegraph: from the node of the row to that of its parent
 };
@@ -30,6 +31,7 @@ Columns find_columns(const TableHeader& header) {
   columns.parent = header.find({"parent", "parentid", "parentcylinder", "p2"});
   columns.radius = header.find({"radius", "radiuscyl"});
   columns.length = header.find({"length"});
+  columns.wall = wall_column(header);
   columns.start = {header.find({"startx", "start1", "startpointx", "sx"}),
                    header.find({"starty", "start2", "startpointy", "sy"}),
                    header.find({"startz", "start3", "startpointz", "sz"})};
@@ -158,6 +160,7 @@ ImportedSkeleton read_cylinder_table(std::string_view text, const std::string& p
                           vector(columns.axis));
     if (columns.towards_parent) std::swap(cylinder.start, cylinder.end);
     check_cylinder(model, cylinder);
+    if (columns.wall) cylinder.wall = wall_of(row, at(columns.wall), cylinder.radius);
     cylinder.parent = is_nothing(fields.at[at(columns.parent)])
                           ? std::numeric_limits<double>::quiet_NaN()
                           : row.number(at(columns.parent), model.parent_name.c_str());

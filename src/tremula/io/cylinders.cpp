@@ -198,7 +198,7 @@ ImportedSkeleton to_skeleton(CylinderModel model, const std::string& format, con
   for (std::size_t k = 0; k < parents.size(); ++k) {
     const Cylinder& cylinder = model.cylinders[k];
     RawBranch branch{cylinder.start, cylinder.end, cylinder.radius, cylinder.radius, parents[k], 0,
-                     cylinder.place};
+                     cylinder.place, cylinder.wall};
     if (branch.parent < 0) {
       branch.root = static_cast<int>(tree.roots.size());
       tree.roots.push_back(cylinder.start);

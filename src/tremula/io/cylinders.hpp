@@ -13,6 +13,7 @@ namespace tremula {
 struct Cylinder {
   Vec3 start = Vec3::Zero(), end = Vec3::Zero();  // in the unit of the file
   double radius = 0;
+  double wall = 1;        // its thickness over the radius
   double parent = 0;      // as it stands in the file; NaN: nothing does
   std::size_t place = 0;  // line, or number of the cylinder
 };

@@ -526,6 +526,7 @@ Built build(const RawTree& tree, const std::vector<int>& kept, const Standing& s
     branch.end = raw.end;
     branch.start_radius = raw.start_radius;
     branch.end_radius = raw.end_radius;
+    branch.wall = raw.wall;
     branch.start_node = carrier[k] < 0
                             ? root_node[standing.root[k]]
                             : node_on(skeleton, index[carrier[k]], raw, standing.parent[k] < 0, rule);

@@ -18,6 +18,7 @@ struct RawBranch {
   int parent = -1;        // branch it grows from, anywhere in the file, or -1: from a root
   int root = 0;           // where there is no parent: which root
   std::size_t place = 0;  // line of the file, or number of the cylinder
+  double wall = 1;        // as Branch::wall
 };
 
 struct RawTree {

@@ -6,6 +6,7 @@
 #include "tremula/io/id_index.hpp"
 #include "tremula/io/repair.hpp"
 #include "tremula/io/text_table.hpp"
+#include "tremula/io/wall_column.hpp"
 
 #include <algorithm>
 #include <array>
@@ -28,6 +29,7 @@ struct Sample {
   double radius;
   std::size_t line;
   bool is_foot;
+  double wall = 1;  // as Branch::wall, of the branch that it ends
 };
 
 struct LeafLine {
@@ -36,10 +38,17 @@ struct LeafLine {
   std::size_t line;
 };
 
+struct WallLine {
+  long long sample;
+  double wall;
+  std::size_t line;
+};
+
 // Where the columns of a sample stand.
 struct SampleColumns {
   std::size_t id = 0, type = 1, parent = 6, radius = 5;
   std::array<std::size_t, 3> position{2, 3, 4};
+  std::optional<std::size_t> wall = {};
   bool has_type = true;
   std::size_t count = 0;  // of all columns; 0: the first row tells
   char delimiter = 0;     // 0: blanks, commas and semicolons alike
@@ -59,6 +68,7 @@ SampleColumns columns_by_name(const TableHeader& header) {
   columns.radius = *radius_column(header);
   columns.parent = *parent_column(header);
   const auto type = header.find({"type", "t", "structure"});
+  columns.wall = wall_column(header);
   columns.has_type = type.has_value();
   columns.type = type.value_or(0);
   columns.count = header.plain.size();
@@ -69,6 +79,7 @@ SampleColumns columns_by_name(const TableHeader& header) {
 struct SwcFile {
   std::vector<Sample> samples;
   std::vector<LeafLine> leaves;
+  std::vector<WallLine> walls;
   Vec3 origin = Vec3::Zero();
   PlantColors colors;
   bool ours = false;  // written by write_swc
@@ -107,6 +118,11 @@ void parse_our_comment(const TableRow& row, SwcFile& file) {
   } else if (row.fields.at[1] == "bark_color" || row.fields.at[1] == "leaf_color") {
     check_count(5, "red green blue");
     (row.fields.at[1] == "bark_color" ? file.colors.bark : file.colors.leaf) = color(row, 2);
+  } else if (row.fields.at[1] == "wall") {
+    check_count(4, "sample, thickness over radius");
+    const double wall = row.finite(3, "wall");
+    if (!(wall > 0 && wall <= 1)) row.reject(3, "wall", "above 0, and no thicker than the radius (1: solid)");
+    file.walls.push_back({row.integer(2, "wall sample"), wall, row.line});
   } else if (row.fields.at[1] == "leaf") {
     check_count(17, "sample position base axis normal length width area mass");
     constexpr const char* base[] = {"leaf base x", "leaf base y", "leaf base z"};
@@ -133,6 +149,7 @@ Sample parse_sample(const TableRow& row, const SampleColumns& columns, bool ours
   for (std::size_t i = 0; i < 3; ++i)
     sample.position[static_cast<Eigen::Index>(i)] = row.coordinate(columns.position[i], names[i]);
   sample.radius = row.positive(columns.radius, "radius");
+  if (columns.wall) sample.wall = wall_of(row, *columns.wall, sample.radius);
   return sample;
 }
 
@@ -230,7 +247,7 @@ RawTree to_branches(const SwcFile& file, const std::string& path) {
     const Sample& start = samples[parent[i]];
     const int carrier = start.is_foot ? parent[parent[i]] : parent[i];
     tree.branches.push_back({start.position, samples[i].position, start.radius, samples[i].radius,
-                             branch[carrier], root[carrier], samples[i].line});
+                             branch[carrier], root[carrier], samples[i].line, samples[i].wall});
   }
   if (lone_roots > 0) {
     tree.repairs.push_back(
@@ -239,16 +256,20 @@ RawTree to_branches(const SwcFile& file, const std::string& path) {
              (lone_roots == 1 ? " root without branches dropped" : " roots without branches dropped")});
   }
 
-  for (const LeafLine& line : file.leaves) {
-    const int sample = index.find(line.sample);
+  const auto branch_ended_by = [&](const char* what, long long id, std::size_t line) {
+    const int sample = index.find(id);
     if (sample < 0 || branch[sample] < 0) {
-      throw InputError(path + ":" + std::to_string(line.line),
-                       "leaf sample is " + std::to_string(line.sample),
+      throw InputError(path + ":" + std::to_string(line), what + (" sample is " + std::to_string(id)),
                        "the id of a sample that ends a branch");
     }
+    return branch[sample];
+  };
+  for (const LeafLine& line : file.leaves) {
     tree.leaves.push_back(line.leaf);
-    tree.leaves.back().branch = branch[sample];
+    tree.leaves.back().branch = branch_ended_by("leaf", line.sample, line.line);
   }
+  for (const WallLine& line : file.walls)
+    tree.branches[index_of(branch_ended_by("wall", line.sample, line.line))].wall = line.wall;
   return tree;
 }
 
@@ -346,6 +367,13 @@ std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors) {
     id[node] = ++samples;
     radius[node] = branch.end_radius;
     append_sample(out, id[node], type_end, branch.end, branch.end_radius, parent);
+  }
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const double wall = skeleton.branches[index_of(k)].wall;
+    if (wall == 1) continue;
+    out += "# wall " + std::to_string(id[skeleton.end_node(k)]);
+    append(out, wall);
+    out += '\n';
   }
   for (const Leaf& leaf : skeleton.leaves) {
     out += "# leaf " + std::to_string(id[skeleton.end_node(leaf.branch)]);

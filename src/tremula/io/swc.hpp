@@ -8,14 +8,15 @@
 //    is no wood, only a rigid link (of length zero where just the radius steps).
 //  - Comments hold the origin (`# origin x y z`) and the leaves (`# leaf SAMPLE position`, base, axis and
 //  normal of
-//    three numbers each, then length width area mass), and colours (`# bark_color`, `# leaf_color`, sRGB
-//    0-1).
+//    three numbers each, then length width area mass), the walls of tubes (`# wall SAMPLE share`, thickness
+//    over radius of the branch that the sample ends), and colours (`# bark_color`, `# leaf_color`, sRGB 0-1).
 // Both are understood only in files whose first line starts with "# tremula": elsewhere type 16 and those
 // comments may mean anything. Such a file is read as it stands: nothing in it is mended.
 //
 // Of other programs' files: a line of names may stand above the samples, with or without #; without, columns
 // are found by it. Rows may have 8 or 12 columns (eswc), of which the first seven count, and end in a
-// comment. A parent of 0 is none where no sample has the id 0.
+// comment. A parent of 0 is none where no sample has the id 0. A column "wall" has the thickness of a hollow
+// stem in the unit of the radius.
 #pragma once
 
 #include "tremula/io/skeleton_files.hpp"

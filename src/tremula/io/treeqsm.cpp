@@ -16,7 +16,7 @@ namespace {
 
 Cylinder cylinder(const CylinderModel& model, double radius, double length, const Vec3& start,
                   const Vec3& axis, double parent, std::size_t place) {
-  Cylinder made{start, start, radius, parent, place};
+  Cylinder made{.start = start, .end = start, .radius = radius, .parent = parent, .place = place};
   check_cylinder(model, made);
   made.end = end_by_axis(model, made, length, axis);
   return made;

@@ -49,8 +49,8 @@ Compliance own_compliance(const Beam& beam) {
   const Flexibility f = flexibility(beam.length, beam.start_radius, beam.end_radius);
   const double bending = bending_stiffness(beam);
   return {
-      f.axial / (beam.material.youngs_modulus * pi),
-      f.torsion / (beam.material.shear_modulus * pi / 2),
+      f.axial / (beam.material.youngs_modulus * pi * beam.tube.area),
+      f.torsion / (beam.material.shear_modulus * pi / 2 * beam.tube.polar),
       f.deflection / bending,
       f.deflection_slope / bending,
       f.slope / bending,
@@ -116,7 +116,25 @@ Beam make_beam(const Branch& branch, const Material& material, Section section) 
     beam.start_radius = beam.end_radius = 0.5 * (branch.start_radius + branch.end_radius);
     beam.inertia_factor = pi;
   }
+  beam.tube = tube_share(branch.wall);
+  beam.inertia_factor *= beam.tube.polar;
   return beam;
+}
+
+// With the bore 1 - wall of the radius: 1 - bore^2 and 1 - bore^4, without differences of what is nearly 1.
+TubeShare tube_share(double wall) {
+  const double bore = 1 - wall, area = wall * (1 + bore);
+  return {area, area * (1 + bore * bore)};
+}
+
+double bending_stiffness_at(const Beam& beam, double s) {
+  const double r = radius_at(beam, s);
+  return bending_stiffness(beam) * r * r * r * r;
+}
+
+double mass_per_length_at(const Beam& beam, double s) {
+  const double r = radius_at(beam, s);
+  return beam.material.density * pi * r * r * beam.tube.area;
 }
 
 Compliance compliance(const Beam& beam) {
@@ -149,8 +167,8 @@ Shape shape_at(const Beam& beam, double s) {
 Strain strain_at(const Beam& beam, const Compliance& c, double s) {
   const double r = radius_at(beam, s), r2 = r * r, rest = (1 - s) * beam.length;
   const double bending = c.deflection * c.slope_held * bending_stiffness(beam) * r2 * r2;
-  return {1 / (c.axial * beam.material.youngs_modulus * pi * r2),
-          1 / (c.torsion * beam.material.shear_modulus * (pi / 2) * r2 * r2),
+  return {1 / (c.axial * beam.material.youngs_modulus * pi * r2 * beam.tube.area),
+          1 / (c.torsion * beam.material.shear_modulus * (pi / 2) * r2 * r2 * beam.tube.polar),
           Eigen::Vector2d(rest * c.slope - c.deflection_slope, c.deflection - rest * c.deflection_slope) /
               bending};
 }
@@ -159,14 +177,15 @@ std::vector<VolumePoint> volume_points(const Beam& beam) {
   std::vector<VolumePoint> points;
   for (const QuadraturePoint& point : quadrature_for(beam)) {
     const double r = radius_at(beam, point.position), length = point.weight * beam.length;
-    points.push_back({point.position, length, length * pi * r * r});
+    points.push_back({point.position, length, length * pi * r * r * beam.tube.area});
   }
   return points;
 }
 
 VolumeBeyond volume_beyond(const Beam& beam, double s) {
   const double a = radius_at(beam, s), b = beam.end_radius, rest = (1 - s) * beam.length;
-  return {pi * rest * (a * a + a * b + b * b) / 3, pi * rest * rest * (a * a / 12 + a * b / 6 + b * b / 4)};
+  return {pi * rest * (a * a + a * b + b * b) / 3 * beam.tube.area,
+          pi * rest * rest * (a * a / 12 + a * b / 6 + b * b / 4) * beam.tube.area};
 }
 
 ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia) {
@@ -174,14 +193,15 @@ ElementMass consistent_mass(const Beam& beam, bool rotatory_inertia) {
   // bury the masses beside it.
   constexpr double thinnest = 1e-6;
   const bool is_disc = beam.length < thinnest * std::max(beam.start_radius, beam.end_radius);
+  const double area = pi * beam.tube.area, polar = pi / 2 * beam.tube.polar;  // times r^2, r^4
   ElementMass mass;
   for (const QuadraturePoint& point : quadrature_for(beam)) {
     const Shape shape = shape_at(beam, point.position);
     const double r = radius_at(beam, point.position), r2 = r * r;
     const double per_length = beam.material.density * beam.length * point.weight;
-    mass.axial += per_length * pi * r2 * shape.axial * shape.axial.transpose();
-    mass.torsion += per_length * (pi / 2) * r2 * r2 * shape.torsion * shape.torsion.transpose();
-    mass.bending += per_length * pi * r2 * shape.deflection * shape.deflection.transpose();
+    mass.axial += per_length * area * r2 * shape.axial * shape.axial.transpose();
+    mass.torsion += per_length * polar * r2 * r2 * shape.torsion * shape.torsion.transpose();
+    mass.bending += per_length * area * r2 * shape.deflection * shape.deflection.transpose();
     if (rotatory_inertia && !is_disc) {
       mass.bending += per_length * beam.inertia_factor * r2 * r2 * shape.slope * shape.slope.transpose();
     }

@@ -1,4 +1,5 @@
-// One branch as a beam: 3-D Euler–Bernoulli, round section, radii that may differ at the two ends.
+// One branch as a beam: 3-D Euler–Bernoulli, round section, solid or hollow, radii that may differ at the two
+// ends.
 //
 // A round section has no preferred direction across the branch, so nothing here needs local y and z axes.
 // With the unit vector d along the branch, a displacement splits into a part along d, twist about d, and,
@@ -28,17 +29,29 @@ struct BaseCompliance {
   double rotation = 0;     // [rad/(N m)]
 };
 
+// Of a tube, what there is of a disc; its bore narrows with its radius, so that these hold all along.
+struct TubeShare {
+  double area = 1;   // A / (pi r^2)
+  double polar = 1;  // J / (pi r^4/2)
+};
+TubeShare tube_share(double wall);  // thickness over radius; 1: solid
+
 // Compliance, shapes and mass below are those of the beam and the spring at its base in series: the start,
 // end 0, is the far side of the spring. With a rigid base that is the beam alone, to the bit.
 struct Beam {
   double length;                    // [m]
   double start_radius, end_radius;  // [m]
-  double inertia_factor;            // I / r^4: pi/4, or pi as printed in S
+  double inertia_factor;            // I / r^4: of a disc pi/4, or pi as printed in S; of a tube its share
   Moduli material;
   BaseCompliance base = {};
+  TubeShare tube = {};  // of a hollow one
 };
 
 Beam make_beam(const Branch& branch, const Material& material, Section section);
+
+// Of the section at s (0 start … 1 end): EI [N m^2] and rho A [kg/m].
+double bending_stiffness_at(const Beam& beam, double s);
+double mass_per_length_at(const Beam& beam, double s);
 
 // Displacements of the tip of the beam, clamped at its start, per unit force and moment at the tip.
 // Closed forms of the integrals of flexibility; for equal radii L/EA, L/GJ, L^3/3EI, L^2/2EI, L/EI.

@@ -158,7 +158,7 @@ BeamTree assemble_tree(const Skeleton& skeleton, const StructureOptions& options
   for (const Leaf& leaf : skeleton.leaves) {
     const std::size_t k = index_of(leaf.branch);
     add_point_mass(tree.members[k].beam, leaf.position, leaf.mass, tree.masses[k]);
-    tree.blades.push_back({leaf.branch, leaf.position, leaf.normal, leaf.area});
+    tree.blades.push_back({leaf.branch, leaf.position, leaf.normal, leaf.area, leaf.mass});
   }
   for (int k = 0; k < tree.branch_count(); ++k) check_range(tree, k);
   return tree;

@@ -100,7 +100,7 @@ std::vector<std::string> plausibility(const Skeleton& skeleton, const StructureO
   for (const Branch& branch : skeleton.branches) {
     const double a = branch.start_radius, b = branch.end_radius;
     thickest = std::max({thickest, a, b});
-    volume += std::numbers::pi / 3 * branch.length() * (a * a + a * b + b * b);
+    volume += std::numbers::pi / 3 * branch.length() * (a * a + a * b + b * b) * tube_share(branch.wall).area;
   }
   const double slenderness = size / (2 * thickest);
   const double mass = volume * options.material.density;

@@ -123,7 +123,7 @@ class Walk {
     const VolumeBeyond beyond = volume_beyond(beam_, at.s);
     volume_.add(at.shape, at.strain, at.length, beyond.volume, beyond.moment);
     const double radius = radius_at(beam_, at.s);
-    volume_.move(at.shape, at.length * std::numbers::pi * radius * radius);
+    volume_.move(at.shape, at.length * std::numbers::pi * radius * radius * beam_.tube.area);
     path_.add(at);
   }
 

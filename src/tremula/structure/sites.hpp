@@ -61,6 +61,7 @@ struct BladeSite {
   double place = 1;  // along the member, 0 start … 1 end
   Vec3 normal = Vec3::UnitZ();
   double area = 0;  // one side [m^2]
+  double mass = 0;  // [kg]
 };
 
 // Of beams with one point each, in the middle: four sites a member, at the Gauss points of the integrals over
