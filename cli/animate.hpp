@@ -118,7 +118,7 @@ struct AnimateCommand {
   int modes_of(const Plant& plant, WarningLog& warnings) const;
   Subject bake_plant(const Plant& plant, BakeOptions options, const Wind& blowing, const Progress& progress,
                      WarningLog& warnings) const;
-  Subject bake_sheet(const Sheet& sheet, BakeOptions options, const Wind& blowing, const Progress& progress,
+  Subject bake_sheet(Sheet sheet, BakeOptions options, const Wind& blowing, const Progress& progress,
                      WarningLog& warnings) const;
   LoopFacts loop_facts(const Plant& plant, const ReferenceWind& reference) const;
   std::vector<Gauge> placed_gauges(const Plant& plant) const;

@@ -117,8 +117,8 @@ TEST(SheetFile, ErrorsNameLineAndColumnAndWhatIsWanted) {
 
 TEST(SheetFile, RefusesASheetThatNothingHolds) {
   std::string text = changed("clamp = [\"left\", \"top\"]\n", "");
-  const std::string pins = "pin = [\"bottom\"]\npoints = [[2, 0.5]]\n";
-  text.replace(text.find(pins), pins.size(), "");
+  const std::string held = "pin = [\"bottom\"]\npoints = [[2, 0.5]]\n";
+  text.replace(text.find(held), held.size(), "");
   EXPECT_THAT(complaint_about(text),
               HasSubstr("sheet.toml:2:1: sheet: clamped nowhere, wanted clamp or pin"));
 }

@@ -188,15 +188,16 @@ TEST(SheetSites, FollowTheSheetAndGatherIsTheTransposeOfTheirMotion) {
   sheet.clamped = {SheetEdge::left};
   const Structure structure = assemble(sheet, {.gravity = 0});
   const Sites sites = structure.find_sites();
-  ASSERT_EQ(sites.sites.size(), 12u);
+  ASSERT_EQ(sites.sites.size(), 48u);
+  EXPECT_EQ(sites.point_count(), 12);
   double area = 0;
   for (const Site& site : sites.sites) area += site.area;
   EXPECT_NEAR(area, sheet.width * sheet.height, 1e-14);
   const Eigen::VectorXd u = test::random_vector(structure.size(), 5);
-  const Eigen::VectorXd random = test::random_vector(36, 6);
-  const Eigen::Matrix3Xd forces = Eigen::Map<const Eigen::Matrix3Xd>(random.data(), 3, 12);
-  EXPECT_NEAR(sites.motion(0, 12, u).col(0).dot(random), u.dot(sites.gather(forces)), 1e-12);
-  EXPECT_EQ(sites.motion(4, 6, u), sites.motion(0, 12, u).middleRows(12, 6));
+  const Eigen::VectorXd random = test::random_vector(144, 6);
+  const Eigen::Matrix3Xd forces = Eigen::Map<const Eigen::Matrix3Xd>(random.data(), 3, 48);
+  EXPECT_NEAR(sites.motion(0, 48, u).col(0).dot(random), u.dot(sites.gather(forces)), 1e-12);
+  EXPECT_EQ(sites.motion(4, 6, u), sites.motion(0, 48, u).middleRows(12, 6));
 
   // Turned about the clamped edge as a whole, as far as its free elements are.
   Eigen::VectorXd turned = Eigen::VectorXd::Zero(structure.size());
@@ -205,9 +206,27 @@ TEST(SheetSites, FollowTheSheetAndGatherIsTheTransposeOfTheirMotion) {
     turned.segment<3>(node.row) = Vec3::UnitZ().cross(node.position);
     turned.segment<3>(node.row + 3) = Vec3::UnitZ();
   }
-  const Eigen::MatrixXd motion = sites.motion(3, 4, turned), turning = sites.turning(3, 4, turned);
-  EXPECT_LT((motion.col(0) - Vec3::UnitZ().cross(sites.points.col(3))).norm(), 1e-14);
-  EXPECT_LT((turning.col(0) - Vec3::UnitZ()).norm(), 1e-14);
+  // Element 3, the last of the bottom row, about its middle.
+  const Eigen::MatrixXd motion = sites.motion(12, 16, turned), turning = sites.turning(12, 16, turned);
+  Vec3 mean = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    mean += motion.block<3, 1>(3 * k, 0) / 4;
+    EXPECT_LT((turning.block<3, 1>(3 * k, 0) - Vec3::UnitZ()).norm(), 1e-14);
+  }
+  EXPECT_LT((mean - Vec3::UnitZ().cross(sites.points.col(3))).norm(), 1e-14);
+}
+
+// An even pressure: the forces on the nodes do no work on a sheet that bends about a free edge alone.
+TEST(SheetSites, GatherAnEvenPressureAsTheElementsHaveIt) {
+  Sheet sheet = test::steel_sheet(4, 3);
+  sheet.clamped = {SheetEdge::left};
+  const Structure structure = assemble(sheet, {.gravity = 0});
+  const Sites sites = structure.find_sites();
+  Eigen::Matrix3Xd forces(3, 48);
+  for (int s = 0; s < 48; ++s) forces.col(s) = sites.sites[index_of(s)].area * sheet.normal();
+  // The consistent load of a rectangle is rho h w_tt of its mass matrix under an even acceleration.
+  const Eigen::VectorXd wanted = structure.find_ground_inertia().forces * sheet.normal() / (7850 * 0.005);
+  EXPECT_LT((sites.gather(forces) - wanted).norm(), 1e-13);
 }
 
 TEST(SheetGroundInertia, IsTheMassTimesARigidShift) {

@@ -19,6 +19,7 @@
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/base/number_text.hpp"
+#include "tremula/numerics/quadrature.hpp"
 
 namespace tremula {
 namespace {
@@ -223,21 +224,28 @@ EigenProblem sheet_problem(const Body& body) {
               }};
 }
 
-// One point an element, in its middle.
+// One point an element, in its middle, and four sites, at the Gauss points: an even force makes no moments on
+// a free edge then, to which cloth would have nothing to oppose.
 Sites sheet_sites(const Body& body) {
   const Sheet& sheet = body->sheet;
   const auto [across, up] = sheet.elements;
   const auto points = std::make_shared<std::vector<SheetPoint>>();
   Sites result;
   result.points.resize(3, across * up);
-  const double area = sheet.width * sheet.height / (across * up);
+  const double width = sheet.width / across, height = sheet.height / up;
+  const std::vector<QuadraturePoint> quadrature = gauss_legendre(2);
   for (int j = 0; j < up; ++j) {
     for (int i = 0; i < across; ++i) {
-      const Eigen::Vector2d place(sheet.width * (i + 0.5) / across, sheet.height * (j + 0.5) / up);
       const int point = j * across + i;
-      points->push_back(sheet_point(sheet, body->matrices, place));
-      result.points.col(point) = sheet.position(place);
-      result.sites.push_back({point, SiteKind::plate, sheet.normal(), area, 0, 0});
+      result.points.col(point) = sheet.position({width * (i + 0.5), height * (j + 0.5)});
+      for (const QuadraturePoint& s : quadrature) {
+        for (const QuadraturePoint& t : quadrature) {
+          const Eigen::Vector2d place(width * (i + s.position), height * (j + t.position));
+          points->push_back(sheet_point(sheet, body->matrices, place));
+          result.sites.push_back(
+              {point, SiteKind::plate, sheet.normal(), s.weight * t.weight * width * height, 0, 0});
+        }
+      }
     }
   }
   const Vec3 normal = sheet.normal();
