@@ -91,7 +91,7 @@ TEST(MakeMotion, PutsTheLeanBeforeTheSeriesOfTheSpectra) {
     EXPECT_NEAR(motion.coordinates(p, 1), 2 * (spectra(1, 0) * std::polar(1.0, 2 * M_PI * p / 8)).real(),
                 1e-15);
   }
-  EXPECT_THROW(make_motion(basis, loop, Eigen::MatrixXcd::Zero(5, 2)), InputError);
+  EXPECT_THROW(make_motion(basis, loop, Eigen::MatrixXcd(Eigen::MatrixXcd::Zero(5, 2))), InputError);
 }
 
 }  // namespace
