@@ -95,7 +95,9 @@ TEST(ParseLSystem, RefusesMalformedFilesWithPlaceFoundAndWanted) {
       {"A -> G(1)",
        "plant.lsys:3: 'G' with 1 parameter, wanted a letter with a production, or one of F f L T"},
       {"A -> FF", "plant.lsys:3: 'FF' with 0 parameters, wanted a letter with a production"},
-      {"A -> F", "plant.lsys:3: 'F' with 0 parameters, wanted F(length), F(length, end radius) or F(length, end radius, wall)"},
+      {"A -> F",
+       "plant.lsys:3: 'F' with 0 parameters, wanted F(length), F(length, end radius) or F(length, end "
+       "radius, wall)"},
       {"A -> +", "plant.lsys:3: '+' with 0 parameters, wanted +(degrees)"},
       {"A -> L(1)", "plant.lsys:3: 'L' with 1 parameter, wanted L(length, width)"},
       {"A -> T(1, 2)", "plant.lsys:3: 'T' with 2 parameters, wanted T(strength)"},
