@@ -9,7 +9,7 @@
 // document has a folder of its own with the files that the examples speak of. Numbers are compared to the digits
 // they are printed with; those that no two runs share (seconds, bytes, residuals at rounding) are not.
 import { execFileSync, spawnSync } from 'node:child_process';
-import { existsSync, mkdtempSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { copyFileSync, existsSync, mkdtempSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, join, relative, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -39,11 +39,12 @@ function shell(folder, script) {
   return { code: run.status ?? 1, out: run.stdout ?? '', err: run.stderr ?? String(run.error) };
 }
 
-// What the examples take for granted: a tree, a scan, a measured wind, a grammar of one's own.
+// What the examples take for granted: a tree, a scan, a sheet, a measured wind, a grammar of one's own.
 function prepare(folder) {
   const growing = readFileSync(join(root, 'docs/guide/growing.md'), 'utf8');
   const rowan = [...growing.matchAll(/```lsys\n([^]*?)```/g)].find((match) => match[1].includes('nodes ='));
   writeFileSync(join(folder, 'my_plant.lsys'), rowan[1]);
+  for (const name of ['sign.toml', 'sheet.toml']) copyFileSync(join(root, 'examples/sheets/sign.toml'), join(folder, name));
   const made = shell(folder, `set -e
     tremula grow sapling -o tree.swc
     tremula grow stam-62 -o scan.swc
