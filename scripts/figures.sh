@@ -30,6 +30,7 @@ row sapling 1 1040 docs/figures/sapling.png --wind-speed 6 --period 20 --seed 1
 row oak 0 1040 docs/figures/oak.png --wind-speed 12 --period 20 --seed 1
 tremula modes stam-62 --plot docs/figures/modes.svg > /dev/null
 tremula beam --count 3 --plot docs/figures/beam.svg > /dev/null
+"$build/bench/bench_compare_dynamics" bamboo-2942 6 --plot docs/figures/dynamics.svg > /dev/null
 tremula wind --model iec-kaimal --speed 12 --reference-height 90 --profile power:0.2 --points 51x51 --size 145x145 \
   --center-height 90 --plot docs/figures/wind.svg
 
