@@ -477,6 +477,8 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const Plant plant = read_plant(log);
   write_options.on_bones = on_bones(flags, plant);
   if (sea) {
+    if (!water_depth && plant.sheet)
+      throw InputError("--waves", "given with a sheet", "--water-depth with it");
     if (!water_depth) sea->water_depth = 1.25 * height_of(plant.imported.skeleton);
     conditions.wind = add_waves(conditions.wind, *sea);
   }

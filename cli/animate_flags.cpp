@@ -271,6 +271,8 @@ void add_animate(CLI::App& app) {
       "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
       "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
       "  tremula animate flag --wind-speed 8 -o flag.glb\n"
+      "  tremula animate flag --wind-speed 8 -o flag.glb\n"
+      "  tremula animate willow --medium water --wind-speed 0.2 --waves 0.6:5 -o willow.html\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });

@@ -147,7 +147,7 @@ Motion by_oscillators(const Lean& lean, const Weather& weather, const PointWind&
                       const Progress& progress, std::vector<std::string>* warnings) {
   if (weather.drag == Drag::quadratic)
     throw InputError("drag", "quadratic, with oscillators", "linear: each branch is driven by its own fit");
-  if (lean.loads.pull && warnings)
+  if (lean.loads.has_inertia && warnings)
     warnings->emplace_back("branches as oscillators feel drag alone, not that the water speeds up");
   const BranchOscillators branches =
       branch_oscillators(lean.structure, lean.sites, lean.loads, weather.damping, weather.oscillators);

@@ -103,6 +103,8 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
   }
   expect_refused("animate sapling -o a.csv --medium water --waves 3:5 --water-depth 2",
                  {"significant height of the waves: 3", "break in 2 m of water"});
+  expect_refused("animate curtain -o a.csv --medium water --waves 0.2:3",
+                 {"--waves: given with a sheet, wanted --water-depth with it"});
   expect_refused("animate sapling -o a.csv --medium water --waves 0.2:25",
                  {"peak period of the waves: 25 s, wanted less than the period of the loop, 20 s"});
   expect_refused(animate + "--decay-time 1 --damping-ratio 0.1",

@@ -131,7 +131,7 @@ Loads find_loads(const Sites& sites, const std::vector<GustStatistics>& wind, co
   const auto count = static_cast<std::ptrdiff_t>(sites.sites.size());
   if (share.size() > 0) check_equal("shares of the wind", share.size(), count);
   Loads loads{.sites = std::vector<SiteLoad>(sites.sites.size()),
-              .pull = law.options.inertia_coefficient > 0 && law.options.model != LoadModel::paper,
+              .has_inertia = law.options.inertia_coefficient > 0 && law.options.model != LoadModel::paper,
               .damp = law.options.model != LoadModel::paper};
   tbb::parallel_for(std::ptrdiff_t{0}, count, [&](std::ptrdiff_t s) {
     const Site& site = sites.sites[index_of(s)];
@@ -206,7 +206,7 @@ Eigen::MatrixXd modal_participation(const Sites& sites, const Loads& loads,
 
 Eigen::MatrixXd modal_inertia(const Sites& sites, const Loads& loads,
                               Eigen::Ref<const Eigen::MatrixXd> shapes) {
-  if (!loads.pull) return {};
+  if (!loads.has_inertia) return {};
   return sum_at_points(sites, loads, shapes, [](const SiteLoad& load) { return load.per_acceleration; });
 }
 

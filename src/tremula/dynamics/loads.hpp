@@ -52,7 +52,7 @@ struct SiteLoad {
 };
 struct Loads {
   std::vector<SiteLoad> sites;  // (S)
-  bool pull = false;            // whether any has a per_acceleration
+  bool has_inertia = false;     // whether any has a per_acceleration
   bool damp = true;             // what moves meets the wind, too; LoadModel::paper knows nothing of it
 };
 

@@ -4,6 +4,7 @@
 #include "tremula/numerics/lanczos.hpp"
 
 #include <functional>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -42,5 +43,12 @@ struct EigenParts {
     return sum;
   }
 };
+
+// 0 … count - 1: of a structure that is one part.
+inline std::vector<int> all_rows(Eigen::Index count) {
+  std::vector<int> rows(static_cast<std::size_t>(count));
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
 
 }  // namespace tremula

@@ -4,7 +4,6 @@
 #include "tremula/structure/structure.hpp"
 
 #include <memory>
-#include <numeric>
 #include <vector>
 
 #include <Eigen/SparseCholesky>
@@ -62,12 +61,6 @@ GroundInertia ground_inertia(const FrameMatrices& matrices, const Frame& frame, 
   for (const FramePointMass& point : frame.masses)
     add(matrices.row[static_cast<std::size_t>(point.node)], point.mass * translation);
   return result;
-}
-
-std::vector<int> all_rows(Eigen::Index count) {
-  std::vector<int> rows(static_cast<std::size_t>(count));
-  std::iota(rows.begin(), rows.end(), 0);
-  return rows;
 }
 
 }  // namespace

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -320,12 +319,6 @@ GroundInertia ground_inertia(const SheetBody& body) {
   }
   result.forces = (body.carry * unknowns) * sheet.normal().transpose();
   return result;
-}
-
-std::vector<int> all_rows(Eigen::Index count) {
-  std::vector<int> rows(static_cast<std::size_t>(count));
-  std::iota(rows.begin(), rows.end(), 0);
-  return rows;
 }
 
 }  // namespace
