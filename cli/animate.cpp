@@ -139,11 +139,11 @@ std::vector<std::string> pull_until_stable(Sheet& sheet, const SheetOptions& opt
   const double across = along_width ? sheet.height : sheet.width;
   const double mass = sheet.density * sheet.thickness + options.fluid_density * std::numbers::pi / 4 * across;
   (along_width ? sheet.tension.x : sheet.tension.y) += faster * mass * speed * speed;
-  return {printed(
-      "in a wind of %.3g m/s this sheet is above its flutter speed of %.3g m/s: it would flap by "
-      "itself (--dynamics flapping, if it is held on one upright edge), and what is made is how gusts run "
-      "along it, pulled until it does not",
-      speed, onset.speed)};
+  return {
+      printed("in a wind of %.3g m/s this sheet is above its flutter speed of %.3g m/s: it would flap by "
+              "itself (--dynamics flapping, if it is held on one edge), and what is made is how gusts run "
+              "along it, pulled until it does not",
+              speed, onset.speed)};
 }
 
 // Takes the shapes of the modes and leaves the rest of the subject.

@@ -176,7 +176,7 @@ Motion by_oscillators(const Lean& lean, const Weather& weather, const PointWind&
 Motion by_flapping(const Structure& structure, const Weather& weather, double ground,
                    const Progress& progress, std::vector<std::string>* warnings) {
   const std::optional<Flag> flag = structure.sheet ? flag_of(*structure.sheet) : std::nullopt;
-  if (!flag) throw InputError("dynamics", "flapping", "that of a sheet held on one upright edge alone");
+  if (!flag) throw InputError("dynamics", "flapping", "that of a sheet held on one edge alone");
   tell(progress, "wind");
   const PointWind wind =
       wind_at_points(weather.wind, weather.loop, above(ground, structure.find_sites().points));  // m/s

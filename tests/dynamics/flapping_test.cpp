@@ -59,11 +59,16 @@ Sheet plate(double span, double mass_ratio) {
 
 FlappingOptions without_air() { return {.fluid_density = 0, .gravity = 0}; }
 
-TEST(FlagOf, IsASheetHeldOnOneUprightEdgeAndNothingElse) {
+TEST(FlagOf, IsASheetHeldOnOneEdgeAndNothingElse) {
   EXPECT_TRUE(flag_of(preset("flag")));
   EXPECT_TRUE(flag_of(preset("flag"))->shears);
   EXPECT_FALSE(flag_of(preset("banner")));
-  EXPECT_FALSE(flag_of(preset("curtain")));
+  ASSERT_TRUE(flag_of(preset("curtain")));
+  EXPECT_TRUE(flag_of(preset("curtain"))->is_hung());
+  EXPECT_FALSE(flag_of(preset("curtain"))->shears);
+  Sheet stands = preset("curtain");
+  stands.pinned = {SheetEdge::bottom};
+  EXPECT_FALSE(flag_of(stands));
   Sheet pulled = preset("flag");
   pulled.tension.x = 1;
   EXPECT_FALSE(flag_of(pulled));
@@ -77,8 +82,8 @@ TEST(FlagOf, RunsFromWhicheverEdgeHoldsIt) {
   sheet.clamped = {SheetEdge::right};
   const Flag flag = *flag_of(sheet);
   EXPECT_LT((flag.onwards + Vec3::UnitX()).norm(), 1e-12);
-  EXPECT_LT((flag.up - Vec3::UnitZ()).norm(), 1e-12);
-  EXPECT_LT((flag.side - flag.up.cross(flag.onwards)).norm(), 1e-12);
+  EXPECT_LT((flag.edge - Vec3::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((flag.side - flag.edge.cross(flag.onwards)).norm(), 1e-12);
   EXPECT_TRUE(blows_along(flag, {-3, 1, 0}));
   EXPECT_FALSE(blows_along(flag, {3, 1, 0}));
 }
@@ -226,6 +231,46 @@ TEST(IntegrateFlapping, HangsAtTheAngleOfWeightAndFriction) {
   const double delta = course.last.angles[options.modes];
   const double weight = flag.mass_per_area * 9.81, drag = 0.5 * 1.2 * 1.5 * 1.5;
   EXPECT_NEAR(drag * std::sin(delta) / weight, 1, 0.02);
+}
+
+// A hanging chain without air: omega = 1.2024 sqrt(g/L) (Bernoulli; the first zero of J_0 is 2.40483).
+TEST(IntegrateFlapping, SwingsWithoutAirAsAHangingChain) {
+  Flag flag = *flag_of(preset("curtain"));
+  flag.bending_stiffness = 1e-9;
+  const FlappingOptions options{.fluid_density = 0};
+  FlappingState start = flapping_start(flag, options);
+  start.angles.setZero();
+  // The slopes of the mode, J_0(2 omega sqrt((L - s)/g)), rise towards the fly.
+  for (int j = 0; j < 2; ++j) start.angles[j] = j == 0 ? 0.01 : -0.0042;
+  const double omega = 0.5 * 2.404826 * std::sqrt(9.81 / flag.length), step = 2 * pi / omega / 40;
+  const FlappingCourse course = integrate_flapping(flag, options, start, steady(0), step, 800);
+  EXPECT_NEAR(frequency_of(fly(flag, options, course.angles), step) * 2 * pi / omega, 1, 0.01);
+}
+
+// A curtain that turns in a wind through it stands off at the angle at which drag and weight agree.
+TEST(IntegrateFlapping, StandsOffInAWindThroughItByDragAndWeight) {
+  const Flag flag = *flag_of(preset("curtain"));
+  FlappingOptions options{.modes = 1};
+  options.friction_coefficient = 0;
+  const FlappingCourse course = integrate_flapping(
+      flag, options, flapping_start(flag, options), [](double) { return Vec3(0, 2, 0); }, 0.1, 300);
+  const double theta = course.last.angles[0], across = 2 * std::cos(theta);
+  EXPECT_GT(theta, 0.5);
+  EXPECT_NEAR(0.5 * 1.2 * 1.8 * across * across / (flag.mass_per_area * 9.81 * std::sin(theta)), 1, 0.02);
+}
+
+TEST(Flaps, WhereAMotionAboutRestWouldBeWrong) {
+  const SheetOptions air{.fluid_density = 1.2};
+  EXPECT_TRUE(flaps(preset("flag"), air, {0.2, 0, 0}));
+  EXPECT_FALSE(flaps(preset("flag"), air, {-2, 0, 0}));
+  EXPECT_FALSE(flaps(preset("curtain"), air, {1, 0, 0}));
+  EXPECT_TRUE(flaps(preset("curtain"), air, {5, 0, 0}));
+  EXPECT_FALSE(flaps(preset("banner"), air, {5, 0, 0}));
+  const Sheet sheet = plate(0.5, 1);
+  const SheetOptions weightless{.gravity = 0, .fluid_density = 1.2};
+  const double onset = find_flutter(sheet, weightless, Vec3::UnitX(), 40).speed;
+  EXPECT_FALSE(flaps(sheet, weightless, {0.95 * onset, 0, 0}));
+  EXPECT_TRUE(flaps(sheet, weightless, {1.05 * onset, 0, 0}));
 }
 
 TEST(IntegrateFlapping, DoesNotDependOnTheStep) {

@@ -49,6 +49,11 @@ void check(const Flag& flag, const FlappingOptions& options) {
     check_equal("damping rates of a flag", options.damping_rates.size(), options.modes);
 }
 
+// Along onwards, side and edge [m/s^2].
+Vec3 gravity_on(const Flag& flag, const FlappingOptions& options) {
+  return -options.gravity * Vec3(flag.onwards.z(), flag.side.z(), flag.edge.z());
+}
+
 int droop_count(const Flag& flag, const FlappingOptions& options) {
   return flag.shears ? options.droop_modes : 0;
 }
@@ -237,7 +242,10 @@ Change change_of(const Model& model, const Coordinates& q, const Coordinates& ra
   const AtPoints bent = 0.5 * k.kappa.cwiseProduct(w).cwiseProduct(momentum);
   Coordinates force = -m * (k.reach_x.transpose() * k.convected_x + k.reach_y.transpose() * k.convected_y +
                             k.reach_z.transpose() * k.convected_z);
-  force -= m * options.gravity * k.reach_z.transpose() * AtPoints::Ones();
+  const Vec3 weight = m * gravity_on(model.flag, options);
+  force += k.reach_x.colwise().sum().transpose() * weight[0] +
+           k.reach_y.colwise().sum().transpose() * weight[1] +
+           k.reach_z.colwise().sum().transpose() * weight[2];
   force -= across.transpose() * (air_convected + bent);
   force -= across_turn.transpose() * carried - along.transpose() * k.kappa.cwiseProduct(carried);
 
@@ -349,12 +357,13 @@ std::optional<Flag> flag_of(const Sheet& sheet) {
   flag.bending_stiffness = sheet.youngs_modulus * std::pow(sheet.thickness, 3) / 12 /
                            (1 - sheet.poisson_ratio * sheet.poisson_ratio);
   flag.pinned = sheet.clamped.empty();
-  flag.shears = sheet.wrinkles;
   flag.onwards = (backwards ? -1 : 1) * (level ? sheet.along_width : sheet.along_height);
   const Vec3 edge = level ? sheet.along_height : sheet.along_width;
-  flag.up = edge.z() < 0 ? Vec3(-edge) : edge;
-  if (flag.up.z() < 0.99) return {};
-  flag.side = flag.up.cross(flag.onwards);
+  flag.edge = edge.z() < 0 ? Vec3(-edge) : edge;
+  flag.side = flag.edge.cross(flag.onwards);
+  const bool upright = flag.edge.z() > 0.99;
+  if (!upright && !flag.is_hung()) return {};
+  flag.shears = sheet.wrinkles && upright;
   return flag;
 }
 
@@ -362,9 +371,14 @@ bool blows_along(const Flag& flag, const Vec3& wind) { return wind.dot(flag.onwa
 
 bool flaps(const Sheet& sheet, const SheetOptions& options, const Vec3& wind) {
   const std::optional<Flag> flag = flag_of(sheet);
-  if (!flag || !blows_along(*flag, wind)) return false;
-  if (flag->shears) return true;
+  if (!flag) return false;
   const double speed = wind.norm();
+  if (flag->is_hung()) {
+    const double drag = 0.5 * options.fluid_density * FlappingOptions{}.normal_coefficient * speed * speed;
+    return sheet.wrinkles && drag > 3 * flag->mass_per_area * std::abs(options.gravity);
+  }
+  if (!blows_along(*flag, wind)) return false;
+  if (flag->shears) return true;
   return speed > 0 && std::isfinite(find_flutter(sheet, options, wind / speed, speed).speed);
 }
 
@@ -420,14 +434,17 @@ double flapping_energy(const Flag& flag, const FlappingOptions& options, const F
   const Kinematics k = kinematics_of(model, q, v);
   const AtPoints w =
       k.root.cwiseProduct(k.velocity_y.cwiseProduct(k.cos_theta) - k.velocity_x.cwiseProduct(k.sin_theta));
-  AtPoints fall = -k.sin_delta;
-  integrate(fall, model.ds);
+  ByCoordinate place(points, 3);
+  place.col(0) = k.cos_delta.cwiseProduct(k.cos_theta);
+  place.col(1) = k.cos_delta.cwiseProduct(k.sin_theta);
+  place.col(2) = -k.sin_delta;
+  integrate(place, model.ds);
   return 0.5 * model.ds *
              (flag.mass_per_area *
                   (k.velocity_x.squaredNorm() + k.velocity_y.squaredNorm() + k.velocity_z.squaredNorm()) +
               w.dot(model.air * w)) +
-         0.5 * model.stiffness.dot(q.head(model.thetas).cwiseAbs2()) +
-         model.ds * flag.mass_per_area * options.gravity * fall.sum();
+         0.5 * model.stiffness.dot(q.head(model.thetas).cwiseAbs2()) -
+         model.ds * flag.mass_per_area * (place * gravity_on(flag, options)).sum();
 }
 
 Eigen::Matrix3Xd thread(const Flag& flag, const FlappingOptions& options, const Eigen::VectorXd& angles,
@@ -509,7 +526,7 @@ Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis
   const Eigen::Index count = wind.mean.cols();
   check_at_least("points of the wind", count, 1);
   Mat3 axes;
-  axes << flag.onwards, flag.side, flag.up;
+  axes << flag.onwards, flag.side, flag.edge;
   const Eigen::MatrixXd averages = (axes / static_cast<double>(count)).replicate(count, 1);  // (3P x 3)
   Eigen::Matrix3Xd samples =
       samples_from_half_spectra(wind_forces(averages, loop, wind), loop.sample_count).transpose();
@@ -534,7 +551,7 @@ Eigen::MatrixXd node_displacements(const Structure& sheet, const Flag& flag, con
   double hoist = std::numeric_limits<double>::infinity();  // along onwards
   for (const Node& node : sheet.nodes) hoist = std::min(hoist, node.position.dot(flag.onwards));
   Mat3 axes;
-  axes << flag.onwards, flag.side, flag.up;
+  axes << flag.onwards, flag.side, flag.edge;
   Eigen::MatrixXd displacements = Eigen::MatrixXd::Zero(sheet.size(), angles.cols());
   for (Eigen::Index p = 0; p < angles.cols(); ++p) {
     Eigen::Matrix3Xd moved = thread(flag, options, angles.col(p), count);

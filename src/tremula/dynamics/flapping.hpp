@@ -3,7 +3,7 @@
 //
 // Woven cloth shears easily and does not stretch, so the threads that run from the hoist to the fly stay as
 // long as they are and go alike, one above the other. At s from the hoist a thread runs at theta(s, t) out of
-// the plane of rest and at delta(s, t) down from the level,
+// the plane of rest and, where an upright hoist holds it, at delta(s, t) down from the level,
 //
 //   dr/ds = (cos delta cos theta, cos delta sin theta, -sin delta),
 //
@@ -40,18 +40,22 @@ struct Flag {
   bool pinned = false;           // turns at the hoist
   bool shears = false;           // woven
   Vec3 onwards = Vec3::UnitX();  // from the hoist along the threads
-  Vec3 side = Vec3::UnitY();     // out of its plane, up x onwards
-  Vec3 up = Vec3::UnitZ();
+  Vec3 side = Vec3::UnitY();     // out of its plane, edge x onwards
+  Vec3 edge = Vec3::UnitZ();     // along the hoist; upwards, if it is upright
+
+  bool is_hung() const { return onwards.z() < -0.99; }
 };
 
-// A sheet that is held on one upright edge alone and not pulled; none for others.
+// A sheet that is held on one edge alone, an upright one or the level one that it hangs from, and not pulled;
+// none for others.
 std::optional<Flag> flag_of(const Sheet& sheet);
 // Whether the wind [m/s] blows along it, from the hoist within 60 degrees, or not at all.
 bool blows_along(const Flag& flag, const Vec3& wind);
 
-// Whether a motion about rest would be wrong for it in this mean wind [m/s]: it is a flag, the wind blows
-// along it, and either it is woven, hanging where the wind is too weak, or it is above its flutter speed
-// (options: without pull).
+// Whether a motion about rest would be wrong for it in this mean wind [m/s]: the wind blows along the flag,
+// and either it is woven, hanging where the wind is too weak, or it is above its flutter speed (options:
+// without pull); or it is cloth that hangs, and three times its weight blows at it, so that it would stand
+// off at 60 degrees and more.
 bool flaps(const Sheet& sheet, const SheetOptions& options, const Vec3& wind);
 
 struct FlappingOptions {
@@ -72,7 +76,7 @@ struct FlappingState {
   Eigen::VectorXd angles, rates;  // (n) [rad], [rad/s]
 };
 
-// Wind along onwards, side and up at a time [m/s].
+// Wind along onwards, side and edge at a time [m/s].
 using WindInTime = std::function<Vec3(double time)>;
 
 // `steps` + 1 states, `step` [s] apart, in columns; each step is divided as the equations need it. Runge and
@@ -91,7 +95,7 @@ FlappingState flapping_start(const Flag& flag, const FlappingOptions& options);
 // Kinetic energy with that of the air, and potential energy, of 1 m of span [J/m].
 double flapping_energy(const Flag& flag, const FlappingOptions& options, const FlappingState& state);
 
-// (3 x count + 1) where a thread runs: (onwards, side, up) from its hoist at equal steps along it [m].
+// (3 x count + 1) where a thread runs: (onwards, side, edge) from its hoist at equal steps along it [m].
 Eigen::Matrix3Xd thread(const Flag& flag, const FlappingOptions& options, const Eigen::VectorXd& angles,
                         int count);
 
@@ -108,7 +112,7 @@ struct FlappingLoop {
 FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAxis& loop,
                   const Eigen::Matrix3Xd& wind);
 
-// The mean over all points of a wind as a loop has it: along onwards, side and up (3 x M) [m/s].
+// The mean over all points of a wind as a loop has it: along onwards, side and edge (3 x M) [m/s].
 Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis& loop);
 
 // FlappingOptions::damping_rates of a damping; what only turns has none. (modes) [1/s]
