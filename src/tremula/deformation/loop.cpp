@@ -178,6 +178,7 @@ Loop make_loop(const Structure& structure, Surface surface, Motion motion, const
     loop.nodes.col(i) = structure.nodes[index_of(i)].position;
   BentLean lean;
   const bool bends = motion.lean_strains.size() > 0, in_space = motion.in_space;
+  loop.facts.scales = facts.scales && !in_space;
   if (bends) lean = bend_lean(structure, motion);
   const auto source = std::make_shared<const Source>(
       Source{structure, std::move(surface), std::move(motion), std::move(lean)});
