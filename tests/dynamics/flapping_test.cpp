@@ -327,9 +327,11 @@ TEST(Flap, InAnEvenWindRepeatsAtItsOwnTime) {
 TEST(DampingRates, AreThoseOfTheBendingModes) {
   Flag flag = *flag_of(plate(0.5, 1));
   flag.pinned = true;
-  const Eigen::VectorXd omega = natural_omega(flag, {}), rates = damping_rates(flag, {}, {.ratio = 0.03});
+  const Eigen::VectorXd omega = natural_omega(flag, {});
+  const std::array<double, 8> rates = damping_rates(flag, {}, {.ratio = 0.03});
   EXPECT_EQ(rates[0], 0);
-  for (int j = 1; j < 6; ++j) EXPECT_NEAR(rates[j], 2 * 0.03 * omega[j], 1e-12);
+  for (std::size_t j = 1; j < 6; ++j)
+    EXPECT_NEAR(rates[j], 2 * 0.03 * omega[static_cast<Eigen::Index>(j)], 1e-12);
 }
 
 TEST(NodeDisplacements, KeepTheThreadsOfTheSheet) {

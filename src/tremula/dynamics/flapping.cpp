@@ -45,8 +45,7 @@ void check(const Flag& flag, const FlappingOptions& options) {
     throw InputError("modes of a flag", std::to_string(options.modes), "1 to 8");
   if (options.droop_modes < 0 || options.droop_modes > 4)
     throw InputError("droop modes of a flag", std::to_string(options.droop_modes), "0 to 4");
-  if (options.damping_rates.size() > 0)
-    check_equal("damping rates of a flag", options.damping_rates.size(), options.modes);
+  for (const double rate : options.damping_rates) from_0("damping rate of a flag", rate);
 }
 
 // Along onwards, side and edge [m/s^2].
@@ -133,8 +132,9 @@ Model model_of(const Flag& flag, const FlappingOptions& options) {
     model.theta_end[j] = theta_shape(flag, j, L);
     model.theta_begin[j] = theta_shape(flag, j, 0);
     model.stiffness[j] = flag.bending_stiffness * k * k * L / 2;
-    const bool damped = options.damping_rates.size() > 0 && k > 0;
-    model.rate[j] = damped ? options.damping_rates[j] * model.stiffness[j] / (omega[j] * omega[j]) : 0;
+    const bool damped = !options.damping_rates.empty() && k > 0;
+    model.rate[j] =
+        damped ? options.damping_rates[index_of(j)] * model.stiffness[j] / (omega[j] * omega[j]) : 0;
   }
   for (int j = 0; j < model.deltas; ++j) {
     for (int i = 0; i < points; ++i) model.delta(i, j) = delta_shape(flag, j, (i + 0.5) * model.ds);
@@ -534,11 +534,14 @@ Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis
   return samples;
 }
 
-Eigen::VectorXd damping_rates(const Flag& flag, const FlappingOptions& options, const Damping& damping) {
+std::array<double, 8> damping_rates(const Flag& flag, const FlappingOptions& options,
+                                    const Damping& damping) {
   const Eigen::VectorXd omega = natural_omega(flag, options);
   const Eigen::Index first = flag.pinned ? 1 : 0, bending = omega.size() - first;
-  Eigen::VectorXd rates = Eigen::VectorXd::Zero(omega.size());
-  if (bending > 0) rates.tail(bending) = structural_damping(damping, omega.tail(bending));
+  std::array<double, 8> rates = {};
+  if (bending == 0) return rates;
+  const Eigen::VectorXd of_bending = structural_damping(damping, omega.tail(bending));
+  std::ranges::copy(of_bending, rates.begin() + first);
   return rates;
 }
 

@@ -26,6 +26,7 @@
 #include "tremula/structure/structure.hpp"
 #include "tremula/wind/point_wind.hpp"
 
+#include <array>
 #include <functional>
 #include <optional>
 
@@ -65,7 +66,8 @@ struct FlappingOptions {
   double normal_coefficient = 1.8;     // C_d (Michelin & Doare 2013)
   double friction_coefficient = 0.02;  // along it, both sides together
   double fluid_damping = 1e-4;         // see above
-  Eigen::VectorXd damping_rates = {};  // c_j of damping.hpp, of the flag without air; empty: none [1/s]
+  // c_j of damping.hpp, of the flag without air [1/s]
+  std::array<double, 8> damping_rates = {};
 };
 
 // omega of theta's coordinates, each alone and without air [rad/s].
@@ -115,8 +117,8 @@ FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAx
 // The mean over all points of a wind as a loop has it: along onwards, side and edge (3 x M) [m/s].
 Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis& loop);
 
-// FlappingOptions::damping_rates of a damping; what only turns has none. (modes) [1/s]
-Eigen::VectorXd damping_rates(const Flag& flag, const FlappingOptions& options, const Damping& damping);
+// FlappingOptions::damping_rates of a damping; what only turns has none. [1/s]
+std::array<double, 8> damping_rates(const Flag& flag, const FlappingOptions& options, const Damping& damping);
 
 // Where angles (n x M) put the nodes of the flag's sheet: translations of its rows (rows x M) [m].
 Eigen::MatrixXd node_displacements(const Structure& sheet, const Flag& flag, const FlappingOptions& options,
