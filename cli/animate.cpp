@@ -140,9 +140,16 @@ void turn_into_wind(Plant& plant, double heading) {
   plant.imported.skeleton = outline_of(*plant.frame);
 }
 
-// A sheet that flaps by itself in this wind is taken with the pull at which it just does not: that by which
-// its waves run somewhat faster than the wind, N = m U^2, as those of flags in flight nearly do (Alben 2022,
-// arXiv 2106.14988). Says so.
+// The mean; of a wind that does not say, that of its reference height.
+Vec3 wind_at_middle(const Sheet& sheet, const Wind& wind) {
+  if (wind.statistics) return wind.statistics(sheet.position({sheet.width / 2, sheet.height / 2})).mean;
+  const double heading = wind.reference.heading * std::numbers::pi / 180;
+  return wind.reference.speed * Vec3(std::cos(heading), std::sin(heading), 0);
+}
+
+// A sheet that flaps by itself in this wind, yet shall not, is taken with the pull at which it just does not:
+// that by which its waves run somewhat faster than the wind, N = m U^2, as those of flags in flight nearly do
+// (Alben 2022, arXiv 2106.14988). Says so.
 std::vector<std::string> pull_until_stable(Sheet& sheet, const SheetOptions& options, const Vec3& wind) {
   constexpr double faster = 1.3;  // than the square of the wind's speed
   const double speed = wind.norm();
@@ -155,7 +162,8 @@ std::vector<std::string> pull_until_stable(Sheet& sheet, const SheetOptions& opt
   (along_width ? sheet.tension.x : sheet.tension.y) += faster * mass * speed * speed;
   return {
       printed("in a wind of %.3g m/s this sheet is above its flutter speed of %.3g m/s: it would flap by "
-              "itself, and what is made is how gusts run along it, pulled until it does not",
+              "itself (--dynamics flapping, if it is held on one edge), and what is made is how gusts run "
+              "along it, pulled until it does not",
               speed, onset.speed)};
 }
 
@@ -373,24 +381,35 @@ int AnimateCommand::modes_of(const Plant& plant, WarningLog& warnings) const {
   return most;
 }
 
+Dynamics AnimateCommand::dynamics_of(const CLI::App& flags, const Plant& plant, const Wind& blowing) const {
+  if (!plant.sheet) {
+    if (dynamics == "flapping")
+      throw InputError("--dynamics flapping", "given with " + std::string(plant.kind()), "a flag");
+    return kinds_of_dynamics.at(dynamics);
+  }
+  const SheetOptions options = structure.sheet_options(input);
+  const bool chosen = flags.count("--dynamics") > 0 || loads.pose == "linear" || loads.model == "paper";
+  if (chosen || !flaps(*plant.sheet, options, wind_at_middle(*plant.sheet, blowing)))
+    return kinds_of_dynamics.at(dynamics);
+  return Dynamics::flapping;
+}
+
 // The mean wind drags along the sheet and so pulls it straight.
-Subject AnimateCommand::bake_sheet(Sheet sheet, BakeOptions options, const Wind& blowing,
+Subject AnimateCommand::bake_sheet(Sheet sheet, BakeOptions options, const Weather& conditions,
                                    const Progress& progress, WarningLog& warnings) const {
   options.sheet = structure.sheet_options(input);
-  Vec3 mean = Vec3::Zero();
-  if (blowing.statistics) {
-    mean = blowing.statistics(sheet.position({sheet.width / 2, sheet.height / 2})).mean;
-    options.sheet.pull = drag_along(sheet, mean, options.sheet.fluid_density);
-  }
+  const Vec3 mean = wind_at_middle(sheet, conditions.wind);
+  options.sheet.pull = drag_along(sheet, mean, options.sheet.fluid_density);
   return in_file(input, [&] {
-    warnings.add(pull_until_stable(sheet, options.sheet, mean));
+    if (conditions.dynamics != Dynamics::flapping)
+      warnings.add(pull_until_stable(sheet, options.sheet, mean));
     return bake(sheet, options, progress);
   });
 }
 
-Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, const Wind& blowing,
+Subject AnimateCommand::bake_plant(const Plant& plant, BakeOptions options, const Weather& conditions,
                                    const Progress& progress, WarningLog& warnings) const {
-  if (plant.sheet) return bake_sheet(*plant.sheet, options, blowing, progress, warnings);
+  if (plant.sheet) return bake_sheet(*plant.sheet, options, conditions, progress, warnings);
   if (plant.frame) {
     options.frame = structure.frame_options(input);
     return bake(*plant.frame, options, progress);
@@ -513,7 +532,9 @@ void AnimateCommand::run(const CLI::App& flags) const {
   warnings.add(check_size(loop_size(plant, surface, modes, conditions.loop.sample_count, poses.size()),
                           write_options, writers, outputs));
 
-  Subject subject = bake_plant(plant, options, conditions.wind, progress, warnings);
+  conditions.dynamics = dynamics_of(flags, plant, conditions.wind);
+  if (plant.sheet) conditions.flapping.gravity = structure.gravity;
+  Subject subject = bake_plant(plant, options, conditions, progress, warnings);
   const auto writes = [&](std::string_view extension) {
     return std::any_of(writers.begin(), writers.end(),
                        [&](const LoopWriter* each) { return each->extension == extension; });
@@ -531,6 +552,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const Json most_stressed = stresses(moved.motion, plant.imported.skeleton, options.structure.material,
                                       conditions.wind.reference.heading);
   const DampingBySource damping = moved.motion.damping;
+  const Vec3 mean_drag = moved.motion.mean_drag;
   std::shared_ptr<const Rig> rig;
   if (has_skin && write_options.on_bones) {
     if (mean_only) moved.motion = lean_alone(std::move(moved.motion));
@@ -561,6 +583,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
                     most_stressed,
                     moved.statistics,
                     damping,
+                    mean_drag,
                     warnings.lines,
                     writes("glb") ? std::optional(written) : std::nullopt};
     files.add(report, text_of(report_of(done, log)));

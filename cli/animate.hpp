@@ -25,8 +25,10 @@ namespace tremula::cli {
 
 inline const std::map<std::string, MorphForm> morph_forms{
     {"biased", MorphForm::biased}, {"paired", MorphForm::paired}, {"signed", MorphForm::signed_weights}};
-inline const std::map<std::string, Dynamics> kinds_of_dynamics{
-    {"modal", Dynamics::modal}, {"oscillators", Dynamics::oscillators}, {"time", Dynamics::time}};
+inline const std::map<std::string, Dynamics> kinds_of_dynamics{{"modal", Dynamics::modal},
+                                                               {"oscillators", Dynamics::oscillators},
+                                                               {"time", Dynamics::time},
+                                                               {"flapping", Dynamics::flapping}};
 inline const std::map<std::string, MeshCompression> compressions{{"none", MeshCompression::none},
                                                                  {"quantised", MeshCompression::quantised},
                                                                  {"meshopt", MeshCompression::meshopt}};
@@ -65,6 +67,7 @@ struct Done {
   const Json& most_stressed;
   const MotionStatistics& statistics;
   const DampingBySource& damping;
+  const Vec3& mean_drag;
   const std::vector<std::string>& warnings;
   const std::optional<WrittenModel>& model;
 };
@@ -116,9 +119,11 @@ struct AnimateCommand {
   std::vector<Place> output_places() const;
   Plant read_plant(StageLog& log) const;
   int modes_of(const Plant& plant, WarningLog& warnings) const;
-  Subject bake_plant(const Plant& plant, BakeOptions options, const Wind& blowing, const Progress& progress,
-                     WarningLog& warnings) const;
-  Subject bake_sheet(Sheet sheet, BakeOptions options, const Wind& blowing, const Progress& progress,
+  // How it moves where nobody says: a flag by its threads.
+  Dynamics dynamics_of(const CLI::App& flags, const Plant& plant, const Wind& blowing) const;
+  Subject bake_plant(const Plant& plant, BakeOptions options, const Weather& conditions,
+                     const Progress& progress, WarningLog& warnings) const;
+  Subject bake_sheet(Sheet sheet, BakeOptions options, const Weather& conditions, const Progress& progress,
                      WarningLog& warnings) const;
   LoopFacts loop_facts(const Plant& plant, const ReferenceWind& reference) const;
   std::vector<Gauge> placed_gauges(const Plant& plant) const;

@@ -242,7 +242,9 @@ void add_animate(CLI::App& app) {
   sub.add_option(
          "--dynamics", command->dynamics,
          "modal: modes of the plant, synthesised; time: the same, integrated in time until they repeat; "
-         "oscillators: every branch a beam of its own, as in Shinya and Fournier 1992")
+         "oscillators: every branch a beam of its own, as in Shinya and Fournier 1992; flapping: a sheet "
+         "held on "
+         "one edge by its threads, the default where it flaps by itself")
       ->check(CLI::IsMember(kinds_of_dynamics))
       ->capture_default_str()
       ->group(motion);

@@ -109,6 +109,14 @@ Json stresses(const Motion& motion, const Skeleton& skeleton, const Material& ma
   return list;
 }
 
+namespace {
+
+std::string name_of(Dynamics dynamics) {
+  return std::ranges::find(kinds_of_dynamics, dynamics, [](const auto& kind) { return kind.second; })->first;
+}
+
+}  // namespace
+
 Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
   const Eigen::VectorXd& frequency = done.subject.modes.frequency;
   Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
@@ -125,10 +133,10 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
        {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
        {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
        {"aerodynamic_damping", !no_aerodynamic_damping},
-       {"dynamics", dynamics},
+       {"dynamics", name_of(done.conditions.dynamics)},
        {"oscillator_modes", dynamics == "oscillators" ? Json(oscillator_modes) : Json()},
        {"carried_mass", dynamics == "oscillators" ? Json(carried_mass) : Json()},
-       {"transfer", dynamics == "modal" ? Json(transfer) : Json()},
+       {"transfer", done.conditions.dynamics == Dynamics::modal ? Json(transfer) : Json()},
        {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
        {"period_s", period},
        {"frames_per_second", frames_per_second},
@@ -146,6 +154,7 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
           {"frequencies_hz", std::vector<double>(frequency.begin(), frequency.end())},
           {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
           {"damping", describe(done.damping, done.loop)},
+          {"mean_drag_n", {done.mean_drag.x(), done.mean_drag.y(), done.mean_drag.z()}},
           {"motion", describe(done.statistics)},
           {"gauges", describe(done.gauges)},
           {"most_stressed_branches", done.most_stressed},

@@ -9,7 +9,7 @@ set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame f
 set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     turbulent_wind_at_points waves)
-set(dynamics_headers basis branch_oscillators damping drag_in_time flutter foliage gauge gauge_reading gust_average lean
+set(dynamics_headers basis branch_oscillators damping drag_in_time flapping flutter foliage gauge gauge_reading gust_average lean
     loads motion motion_statistics oscillators principal_motion response shelter static_correction transfer
     wind_forces)
 set(deformation_headers bent_pose fit_rig loop morph_targets panel_pose pose principal_shapes rig sheet_pose)

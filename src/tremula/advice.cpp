@@ -44,7 +44,7 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
   std::vector<std::string> lines;
   const double nyquist = weather.loop.sample_count / (2 * weather.loop.period);
   const double highest = subject.modes.frequency[subject.modes.count() - 1];
-  if (nyquist < highest) {
+  if (nyquist < highest && weather.dynamics != Dynamics::flapping) {
     lines.push_back(
         print("the highest mode has %.3g Hz, and %.3g frames a second show motion up to %.3g Hz: "
               "take more frames a second or fewer modes",

@@ -173,6 +173,37 @@ Motion by_oscillators(const Lean& lean, const Weather& weather, const PointWind&
   return std::move(told.motion);
 }
 
+// A flag by the angles of its threads, told as a few shapes.
+Motion by_flapping(const Structure& structure, const Weather& weather, double ground,
+                   const Progress& progress, std::vector<std::string>* warnings) {
+  const std::optional<Flag> flag = structure.sheet ? flag_of(*structure.sheet) : std::nullopt;
+  if (!flag) throw InputError("dynamics", "flapping", "that of a sheet held on one edge alone");
+  tell(progress, "wind");
+  const PointWind wind =
+      wind_at_points(weather.wind, weather.loop, above(ground, structure.find_sites().points));  // m/s
+  if (warnings) *warnings = wind.warnings;
+  tell(progress, "response");
+  FlappingOptions options = weather.flapping;
+  options.fluid_density = weather.loads.fluid_density;
+  options.damping_rates = damping_rates(*flag, options, weather.damping);                            // 1/s
+  const FlappingLoop loop = flap(*flag, options, weather.loop, wind_on(*flag, wind, weather.loop));  // rad
+  if (warnings && loop.seam > 0.5) {
+    char text[160];
+    std::snprintf(
+        text, sizeof text,
+        "the flag never comes back to how it was: where the loop closes it fades over %.0f %% of its motion",
+        100 * loop.seam);
+    warnings->emplace_back(text);
+  }
+  const Eigen::MatrixXd displacements = node_displacements(structure, *flag, options, loop.angles);  // m
+  const Eigen::VectorXd mean = displacements.rowwise().mean();
+  Motion motion =
+      principal_motion(mean, weather.loop, displacements.colwise() - mean, {.tolerance = 0.003}).motion;
+  motion.in_space = true;
+  motion.mean_drag = loop.pull * flag->span * flag->onwards;
+  return motion;
+}
+
 }  // namespace
 
 Subject bake(const Skeleton& skeleton, const BakeOptions& options, const Progress& progress) {
@@ -202,8 +233,13 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
   check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
   check_loop(weather.loop);
 
-  tell(progress, "lean");
   const double ground = weather.ground.value_or(ground_height(structure));
+  if (weather.dynamics == Dynamics::flapping) {
+    Motion motion = by_flapping(structure, weather, ground, progress, warnings);
+    check_finite(motion);
+    return motion;
+  }
+  tell(progress, "lean");
   const WindAt mean_wind = wind_at(weather.wind, weather.loop, ground, structure);  // m/s
   const Lean lean = find_lean(structure, mean_wind, weather.loads, weather.lean);   // m, rad; N
 

@@ -5,6 +5,7 @@
 #include "tremula/dynamics/branch_oscillators.hpp"
 #include "tremula/dynamics/damping.hpp"
 #include "tremula/dynamics/drag_in_time.hpp"
+#include "tremula/dynamics/flapping.hpp"
 #include "tremula/dynamics/lean.hpp"
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
@@ -45,6 +46,7 @@ enum class Dynamics {
   modal,  // the modes of the whole plant, synthesised bin by bin (S)
   time,   // the same modes, integrated in time until they repeat: exact for forces linear between samples
   oscillators,  // every branch its own beam (F section 6.1, branch_oscillators.hpp), of trees alone
+  flapping,     // a flag by the angles of its threads, as far as it goes (flapping.hpp), of sheets alone
 };
 
 struct Weather {
@@ -54,6 +56,7 @@ struct Weather {
   LoadOptions loads = {};
   Dynamics dynamics = Dynamics::modal;
   BranchOscillatorOptions oscillators = {};  // of Dynamics::oscillators
+  FlappingOptions flapping = {};             // of Dynamics::flapping; density and damping are those below
   Drag drag = Drag::linear;                  // of the gusts about the mean loads
   LeanOptions lean = {};
   Damping damping = {};

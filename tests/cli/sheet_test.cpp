@@ -115,5 +115,35 @@ TEST(ProgramOnSheets, PlotsTheModesOfSheetAndSign) {
   }
 }
 
+TEST(ProgramOnSheets, SaysHowAFlagWasMoved) {
+  const test::TemporaryFolder folder;
+  const auto dynamics = [&](const std::string& arguments) {
+    const Outcome outcome = run(
+        folder, "animate " + arguments + " --period 2 --fps 15 --turbulence-intensity 0.1 --report r.json");
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    return json::parse(test::contents(folder / "r.json"))["settings"]["dynamics"].get<std::string>();
+  };
+  EXPECT_EQ(dynamics("flag --wind-speed 6"), "flapping");
+  EXPECT_EQ(dynamics("flag --wind-speed 6 --heading 70"), "flapping");
+  EXPECT_EQ(dynamics("flag --wind-speed 6 --dynamics modal"), "modal");
+  EXPECT_EQ(dynamics("curtain --wind-speed 1"), "modal");
+  write(folder, steel + "clamp = [\"left\"]\n");
+  EXPECT_EQ(dynamics("sheet.toml --wind-speed 6"), "modal");
+  write(folder,
+        "[sheet]\nwidth = 1\nheight = 0.5\nthickness = 0.0001\nyoungs_modulus = 3e9\ndensity = 1400\n"
+        "clamp = [\"left\"]\n");
+  EXPECT_EQ(dynamics("sheet.toml --wind-speed 12 --gravity 0"), "flapping");
+}
+
+TEST(ProgramOnSheets, RefusesToFlapWhatIsNoFlag) {
+  const test::TemporaryFolder folder;
+  for (const std::string plant : {"sapling", "banner"}) {
+    const Outcome outcome = run(folder, "animate " + plant + " --dynamics flapping -o a.glb");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.messages, HasSubstr("flapping"));
+    EXPECT_EQ(std::count(outcome.messages.begin(), outcome.messages.end(), '\n'), 1) << outcome.messages;
+  }
+}
+
 }  // namespace
 }  // namespace tremula

@@ -149,5 +149,40 @@ TEST(PrincipalShapes, OfWhatStandsStillAreTheMeanAlone) {
   EXPECT_EQ(principal.weights.cols(), 1);
 }
 
+// Nodes of a sheet turned about its held edge as a whole, whatever the angle.
+Eigen::VectorXd turned(const Structure& structure, double angle) {
+  const Mat3 turn = Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix();
+  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(structure.size());
+  for (const Node& node : structure.nodes) {
+    if (node.row >= 0) displacement.segment<3>(node.row) = turn * node.position - node.position;
+  }
+  return displacement;
+}
+
+TEST(CarrySheet, TurnsAsAWholeWhereItsNodesDo) {
+  const Structure structure = assemble(flag(), {.gravity = 0});
+  const Surface surface = sheet_surface(flag(), red);
+  const SurfaceDelta delta = carry_sheet(structure, surface, turned(structure, 2));
+  const Mat3 turn = Eigen::AngleAxisd(2, Vec3::UnitZ()).toRotationMatrix();
+  for (std::size_t i = 0; i < surface.vertex_count(); ++i) {
+    const Vec3 at = surface.position[i].cast<double>(), normal = surface.normal[i].cast<double>();
+    EXPECT_LT((delta.position[i].cast<double>() - (turn * at - at)).norm(), 1e-6);
+    EXPECT_LT((delta.normal[i].cast<double>() - (turn * normal - normal)).norm(), 1e-5);
+  }
+}
+
+TEST(CarrySheet, RunsThroughItsNodes) {
+  const Structure structure = assemble(flag(), {.gravity = 0});
+  Eigen::VectorXd displacement = turned(structure, 0.4);
+  displacement.segment<3>(structure.nodes[5].row) += Vec3(0.02, 0.05, -0.03);
+  const std::vector<BentPoint> nodes = carried_nodes(structure, displacement);
+  const SurfaceDelta delta = carry_sheet(structure, sheet_surface(flag(), red, 1), displacement);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const Vec3 moved = node_displacement(structure, displacement, i).head<3>();
+    EXPECT_LT((nodes[i].position - structure.nodes[i].position - moved).norm(), 1e-12);
+    EXPECT_LT((delta.position[i].cast<double>() - moved).norm(), 1e-6);
+  }
+}
+
 }  // namespace
 }  // namespace tremula

@@ -103,5 +103,19 @@ TEST(FrameExtent, RejectsWhatCannotBeFramed) {
   EXPECT_THROW(frame_points(bad, 0, 0, 1), InputError);
 }
 
+TEST(AzimuthAcross, LooksAcrossTheWindButNotAtTheEdgeOfASheet) {
+  using Pose = std::vector<Eigen::Vector3f>;
+  const double heading = 0.4, degree = std::numbers::pi / 180;
+  const auto along = [&](double angle) {
+    return Eigen::Vector3f(static_cast<float>(std::cos(heading + angle)),
+                           static_cast<float>(std::sin(heading + angle)), 0);
+  };
+  const std::vector<Pose> flag{{along(std::numbers::pi / 2)}}, curtain{{along(0)}},
+      round{{along(0), along(1), along(2), along(3), along(4), along(5)}};
+  EXPECT_NEAR(azimuth_across(flag, heading), heading - 105 * degree, 1e-12);
+  EXPECT_NEAR(azimuth_across(round, heading), heading - 105 * degree, 1e-12);
+  EXPECT_NEAR(azimuth_across(curtain, heading), heading - 145 * degree, 1e-12);
+}
+
 }  // namespace
 }  // namespace tremula

@@ -13,6 +13,7 @@ export interface Facts {
   heading_deg: number;
   seed: number;
   frequencies_hz: number[];  // of the modes
+  scales?: boolean;          // false: the motion does not grow with the wind
   clips?: ClipFacts[];       // on bones
   shapes?: ShapeFacts;
 }

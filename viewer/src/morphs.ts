@@ -5,9 +5,8 @@ import type {Facts, PlantMesh} from './loop';
 
 export class Morphs implements Movement {
   readonly shapes: Shape[];
-  readonly windLimit = 2;
-  readonly windHint =
-      'Loads grow with the square of the wind speed, and so do lean and swaying here; the frequencies stay.';
+  readonly windLimit: number;
+  readonly windHint: string;
   private readonly times: ArrayLike<number>;   // [s] keys, 0 … period
   private readonly weights: ArrayLike<number>;  // keys x targets
 
@@ -18,6 +17,11 @@ export class Morphs implements Movement {
     this.shapes = targetKinds.map((kind, i) => ({
       kind, mode: targetModes[i], frequency: targetModes[i] > 0 ? facts.frequencies_hz[targetModes[i] - 1] : 0,
     }));
+    const scales = facts.scales !== false;
+    this.windLimit = scales ? 2 : 1;
+    this.windHint = scales ?
+        'Loads grow with the square of the wind speed, and so do lean and swaying here; the frequencies stay.' :
+        'This flaps by itself, and in another wind otherwise: here its motion is only made smaller.';
     this.times = clip?.tracks[0].times ?? [0];
     this.weights = clip?.tracks[0].values ?? [];
   }

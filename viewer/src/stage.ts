@@ -15,13 +15,13 @@ export class Stage {
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(30);
   private readonly controls: OrbitControls;
-  private readonly extent = new Box3();  // of the plant at rest
+  private readonly extent = new Box3();  // of the plant at rest, and of a sheet as it moves
   private readonly azimuth: number;
   private framed = true;                 // until somebody moves the camera
 
   constructor(private readonly canvas: HTMLCanvasElement, loop: Loop) {
-    // Look across the wind, where its work shows most.
-    this.azimuth = MathUtils.degToRad((loop.facts.heading_deg) - 75);
+    const moved = isSheet(loop) ? placesOf(loop) : [];
+    this.azimuth = azimuthOf(moved, MathUtils.degToRad(loop.facts.heading_deg));
     this.renderer = new WebGLRenderer({canvas, antialias: true});
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
@@ -31,6 +31,7 @@ export class Stage {
       mesh.frustumCulled = false;
       this.extent.union(restOf(mesh).applyMatrix4(mesh.matrixWorld));
     }
+    for (const places of moved) this.extent.union(new Box3().setFromPoints(places));
     this.scene.add(loop.root);
     this.addSurroundings(loop);
     this.checkLimits(loop);
@@ -115,6 +116,40 @@ function restOf(mesh: Mesh): Box3 {
     return mesh.boundingBox!.clone();
   }
   return new Box3().setFromBufferAttribute(mesh.geometry.attributes.position as BufferAttribute);
+}
+
+// A single sheet of few vertices; what its edge hides may be all of it.
+function isSheet(loop: Loop): boolean {
+  return loop.meshes.length === 1 && loop.meshes[0].material.name === 'cloth';
+}
+
+// Where the corners of its triangles are at eight instants of the loop, three after three.
+function placesOf(loop: Loop): Vector3[][] {
+  const mesh = loop.meshes[0], index = mesh.geometry.index!, shapes = loop.movement.shapes.length;
+  return Array.from({length: 8}, (_, i) => {
+    loop.movement.show({playing: false, time: i * loop.facts.period_s / 8, speed: 1, wind: 1,
+                        enabled: new Array<boolean>(shapes).fill(true)});
+    return Array.from({length: index.count}, (_, corner) =>
+      mesh.getVertexPosition(index.getX(corner), new Vector3()).applyMatrix4(mesh.matrixWorld));
+  });
+}
+
+// Across the wind, where its work shows most; but where a sheet shows less than half as much there as from
+// elsewhere, from there.
+function azimuthOf(moved: Vector3[][], heading: number): number {
+  const shown = (azimuth: number): number => {
+    const towards = new Vector3(Math.cos(azimuth), 0, -Math.sin(azimuth)), normal = new Vector3();
+    let area = 0;
+    for (const places of moved) {
+      for (let i = 0; i < places.length; i += 3) {
+        normal.subVectors(places[i + 1], places[i]).cross(new Vector3().subVectors(places[i + 2], places[i]));
+        area += Math.abs(normal.dot(towards));
+      }
+    }
+    return area;
+  };
+  const across = heading - MathUtils.degToRad(75), upwind = heading - MathUtils.degToRad(145);
+  return shown(across) < 0.5 * shown(upwind) ? upwind : across;
 }
 
 // A dome without seam: the floor goes over into the sky at the horizon.

@@ -124,11 +124,12 @@ void superpose_on_lean(Loop& loop, const SharedSource& source) {
 // The skin as it bends, and the principal shapes of that in place of the modes.
 void bend_as_sheet(Loop& loop, const SharedSource& source) {
   constexpr double tolerance = 0.002;  // of the sheet's diagonal
-  loop.skin_at = [source](double time) {
-    return bend_sheet(source->structure, source->surface, displacement_at(source->motion, time));
+  const bool in_space = source->motion.in_space;
+  loop.skin_at = [source, pose = in_space ? carry_sheet : bend_sheet](double time) {
+    return pose(source->structure, source->surface, displacement_at(source->motion, time));
   };
-  loop.nodes_at = [source](double time) {
-    const std::vector<BentPoint> bent = bent_nodes(source->structure, displacement_at(source->motion, time));
+  loop.nodes_at = [source, pose = in_space ? carried_nodes : bent_nodes](double time) {
+    const std::vector<BentPoint> bent = pose(source->structure, displacement_at(source->motion, time));
     return poses_of_nodes(source->structure, [&](std::size_t node) {
       return pose_from_rest(source->structure, bent[node], node);
     });
@@ -177,12 +178,13 @@ Loop make_loop(const Structure& structure, Surface surface, Motion motion, const
   for (Eigen::Index i = 0; i < loop.nodes.cols(); ++i)
     loop.nodes.col(i) = structure.nodes[index_of(i)].position;
   BentLean lean;
-  const bool bends = motion.lean_strains.size() > 0;
+  const bool bends = motion.lean_strains.size() > 0, in_space = motion.in_space;
+  loop.facts.scales = facts.scales && !in_space;
   if (bends) lean = bend_lean(structure, motion);
   const auto source = std::make_shared<const Source>(
       Source{structure, std::move(surface), std::move(motion), std::move(lean)});
   loop.rest = {source, &source->surface};
-  if (structure.sheet && poses == Poses::bent) {
+  if (structure.sheet && (poses == Poses::bent || in_space)) {
     bend_as_sheet(loop, source);
   } else if (!bends) {
     superpose_from_rest(loop, source);

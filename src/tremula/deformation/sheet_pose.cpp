@@ -145,6 +145,79 @@ std::vector<BentPoint> bent_grid(const Structure& structure, const Grid& grid,
   return bent;
 }
 
+// What four values in a row make between the second and the third; a half of the way: 0.5. At an end of the
+// row the missing one goes on straight.
+using Weights = std::array<double, 4>;
+struct Stencil {
+  std::array<int, 4> at;
+  Weights weights;
+};
+
+Stencil stencil(int pieces, int count, int vertex) {
+  const int element = std::min(vertex / pieces, count - 1);
+  const double t = static_cast<double>(vertex - element * pieces) / pieces;
+  Weights w = {0.5 * t * (-1 + t * (2 - t)), 1 + t * t * (-2.5 + 1.5 * t), 0.5 * t * (1 + t * (4 - 3 * t)),
+               0.5 * t * t * (t - 1)};
+  std::array<int, 4> at = {element - 1, element, element + 1, element + 2};
+  if (at[0] < 0) {
+    w[1] += 2 * w[0];
+    w[2] -= w[0];
+    w[0] = at[0] = 0;
+  }
+  if (at[3] > count) {
+    w[2] += 2 * w[3];
+    w[1] -= w[3];
+    w[3] = 0;
+    at[3] = count;
+  }
+  return {at, w};
+}
+
+std::vector<BentPoint> carried_grid(const Structure& structure, int pieces,
+                                    const Eigen::VectorXd& displacement) {
+  const Sheet& sheet = sheet_of(structure);
+  check_equal("rows of the displacement", displacement.size(), structure.size());
+  const Grid grid = grid_of(sheet, pieces);
+  std::vector<Vec3> nodes;
+  for (std::size_t i = 0; i < structure.nodes.size(); ++i)
+    nodes.push_back(structure.nodes[i].position + node_displacement(structure, displacement, i).head<3>());
+  std::vector<BentPoint> carried(grid.count());
+  for (int row = 0; row < grid.up; ++row) {
+    const Stencil up = stencil(pieces, sheet.elements[1], row);
+    for (int column = 0; column < grid.across; ++column) {
+      const Stencil across = stencil(pieces, sheet.elements[0], column);
+      Vec3& position = carried[grid.at(column, row)].position;
+      position.setZero();
+      for (std::size_t j = 0; j < 4; ++j) {
+        for (std::size_t i = 0; i < 4; ++i)
+          position += up.weights[j] * across.weights[i] * nodes[index_of(sheet.node(across.at[i], up.at[j]))];
+      }
+    }
+  }
+  const auto along = [&](int column, int row, int right, int above) -> Vec3 {
+    const auto clamped = [&](int sign) {
+      return grid.at(std::clamp(column + sign * right, 0, grid.across - 1),
+                     std::clamp(row + sign * above, 0, grid.up - 1));
+    };
+    return carried[clamped(1)].position - carried[clamped(-1)].position;
+  };
+  for (int row = 0; row < grid.up; ++row) {
+    for (int column = 0; column < grid.across; ++column)
+      carried[grid.at(column, row)].frame =
+          frame_of(sheet, along(column, row, 1, 0), along(column, row, 0, 1));
+  }
+  return carried;
+}
+
+SurfaceDelta delta_of(const Sheet& sheet, const Surface& surface, const std::vector<BentPoint>& bent) {
+  SurfaceDelta delta;
+  for (std::size_t i = 0; i < bent.size(); ++i) {
+    delta.position.push_back((bent[i].position - surface.position[i].cast<double>()).cast<float>());
+    delta.normal.push_back((bent[i].frame * sheet.normal() - sheet.normal()).cast<float>());
+  }
+  return delta;
+}
+
 }  // namespace
 
 Surface sheet_surface(const Sheet& sheet, const SurfaceMaterial& material, int pieces) {
@@ -193,17 +266,22 @@ SurfaceDelta deform_sheet(const Structure& structure, const Surface& surface,
 SurfaceDelta bend_sheet(const Structure& structure, const Surface& surface,
                         const Eigen::VectorXd& displacement) {
   const Sheet& sheet = sheet_of(structure);
-  const std::vector<BentPoint> bent = bent_grid(structure, grid_of(sheet, surface), displacement);
-  SurfaceDelta delta;
-  for (std::size_t i = 0; i < bent.size(); ++i) {
-    delta.position.push_back((bent[i].position - surface.position[i].cast<double>()).cast<float>());
-    delta.normal.push_back((bent[i].frame * sheet.normal() - sheet.normal()).cast<float>());
-  }
-  return delta;
+  return delta_of(sheet, surface, bent_grid(structure, grid_of(sheet, surface), displacement));
 }
 
 std::vector<BentPoint> bent_nodes(const Structure& structure, const Eigen::VectorXd& displacement) {
   return bent_grid(structure, grid_of(sheet_of(structure), 1), displacement);
+}
+
+SurfaceDelta carry_sheet(const Structure& structure, const Surface& surface,
+                         const Eigen::VectorXd& displacement) {
+  const Sheet& sheet = sheet_of(structure);
+  const int pieces = (grid_of(sheet, surface).across - 1) / sheet.elements[0];
+  return delta_of(sheet, surface, carried_grid(structure, pieces, displacement));
+}
+
+std::vector<BentPoint> carried_nodes(const Structure& structure, const Eigen::VectorXd& displacement) {
+  return carried_grid(structure, 1, displacement);
 }
 
 }  // namespace tremula

@@ -5,6 +5,8 @@
 // dw/ds is taken for the tangent of the angle at which it runs on, x = int cos, w = int sin. That is the
 // shape of a thread in a wind that presses it sideways, and the same to first order. A sheet that is held on
 // two opposite sides has no length to spare: its displacements superpose.
+//
+// A flag that flaps goes where its nodes go in space (Motion::in_space); between them it is a cubic.
 #pragma once
 
 #include "tremula/deformation/pose.hpp"
@@ -31,5 +33,11 @@ SurfaceDelta bend_sheet(const Structure& structure, const Surface& surface,
 
 // Bent, where all nodes stand and how the sheet has turned there from rest.
 std::vector<BentPoint> bent_nodes(const Structure& structure, const Eigen::VectorXd& displacement);
+
+// The same for displacements of the nodes in space: cubics along width and height (Catmull and Rom) run
+// through the nodes; rotations in the displacement are not asked.
+SurfaceDelta carry_sheet(const Structure& structure, const Surface& surface,
+                         const Eigen::VectorXd& displacement);
+std::vector<BentPoint> carried_nodes(const Structure& structure, const Eigen::VectorXd& displacement);
 
 }  // namespace tremula

@@ -26,6 +26,8 @@ struct Motion {
   // are then small displacements about that shape, and poses bend by strains. Empty: displacements superpose
   // (S eq. 1).
   Eigen::VectorXd lean_strains = {};
+  // Of a sheet: displacements tell all of where its nodes go, not what is across it alone (flapping.hpp).
+  bool in_space = false;
 
   DampingBySource damping = {};
   std::vector<GaugeReading> readings = {};       // of the gauges that were asked for

@@ -80,9 +80,8 @@ std::string encode_contact_sheet(const Loop& loop) {
     std::snprintf(label, sizeof label, "t = %.2f s", time);
     labels.emplace_back(label);
   }
-  // Seen across the wind, so that lean and sway show.
-  const double azimuth = (loop.facts.heading - 105) * std::numbers::pi / 180;
-  const Camera camera = frame_points(everywhere, azimuth, 0.12, 1);
+  const Camera camera =
+      frame_points(everywhere, azimuth_across(normals, loop.facts.heading * std::numbers::pi / 180), 0.12, 1);
   std::vector<Image> images;
   for (std::size_t i = 0; i < cells; ++i)
     images.push_back(

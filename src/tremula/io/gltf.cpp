@@ -252,13 +252,14 @@ std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const
     materials.push_back(make_material(part.material));
   }
 
-  const Json extras = {{"period_s", morphs.period},
-                       {"frames_per_second", facts.frames_per_second},
-                       {"wind_speed_m_s", facts.wind_speed},
-                       {"heading_deg", facts.heading},
-                       {"seed", facts.seed},
-                       {"frequencies_hz", morphs.frequencies},
-                       {"static_shapes", morphs.static_shape_count}};
+  Json extras = {{"period_s", morphs.period},
+                 {"frames_per_second", facts.frames_per_second},
+                 {"wind_speed_m_s", facts.wind_speed},
+                 {"heading_deg", facts.heading},
+                 {"seed", facts.seed},
+                 {"frequencies_hz", morphs.frequencies},
+                 {"static_shapes", morphs.static_shape_count}};
+  if (!facts.scales) extras["scales"] = false;
   Json nodes = make_nodes(morphs, facts.name, quantised ? step : 1);
   Json roots = Json::array();
   for (std::size_t i = 0; i < nodes.size(); ++i) roots.push_back(i);

@@ -102,6 +102,20 @@ Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double el
   return camera;
 }
 
+double azimuth_across(std::span<const std::vector<Eigen::Vector3f>> normals, double heading) {
+  const auto shown_from = [&](double azimuth) {
+    const auto towards = Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0).cast<float>().eval();
+    double sum = 0;
+    for (const auto& pose : normals) {
+      for (const Eigen::Vector3f& normal : pose) sum += static_cast<double>(std::abs(normal.dot(towards)));
+    }
+    return sum;
+  };
+  constexpr double degree = std::numbers::pi / 180;
+  const double across = heading - 105 * degree, upwind = heading - 145 * degree;
+  return shown_from(across) < 0.5 * shown_from(upwind) ? upwind : across;
+}
+
 std::optional<Eigen::Vector2d> project(const Camera& camera, const Vec3& point) {
   const Vec3 offset = point - camera.eye;
   const double depth = offset.dot(camera.forward);

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "tremula/base/types.hpp"
 
@@ -27,6 +28,11 @@ Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, dou
 
 // The same for the corners of a box. Throws InputError also for a box turned inside out.
 Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double elevation, double aspect);
+
+// From where a wind that blows towards `heading` [rad] is best looked across: 105 degrees to its right, so
+// that lean and sway show; but where a sheet, by the unit normals of its poses, shows less than half as much
+// there as from further upwind, from there [rad].
+double azimuth_across(std::span<const std::vector<Eigen::Vector3f>> normals, double heading);
 
 // Where a point appears: x from left, y from top, both 0 to 1 inside the picture; nothing for points behind
 // the eye.
