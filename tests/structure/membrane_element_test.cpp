@@ -129,8 +129,8 @@ TEST(MembraneStiffness, HardlyDependsOnHowTheRotationIsTied) {
   const Eigen::VectorXd coarse = lowest(4, 1).cwiseQuotient(lowest(4, 1e-3)),
                         fine = lowest(8, 1).cwiseQuotient(lowest(8, 1e-3));
   for (int r = 0; r < 3; ++r) {
-    EXPECT_NEAR(fine[r], 1, 2e-3) << r;
-    EXPECT_LT(std::abs(fine[r] - 1), 0.5 * std::abs(coarse[r] - 1) + 1e-9) << r;
+    EXPECT_NEAR(fine[r], 1, 0.01) << r;
+    EXPECT_LT(std::abs(fine[r] - 1), 0.6 * std::abs(coarse[r] - 1)) << r;
   }
 }
 

@@ -60,7 +60,7 @@ Sheet sail() {
   sheet.along_width = Vec3::UnitY();
   sheet.pinned = {SheetEdge::top};
   sheet.pinned_points = {{0, 0}, {2.4, 0}};
-  sheet.tension = {60, 250, 0};
+  sheet.tension = {150, 250, 0};
   return sheet;
 }
 
