@@ -3,6 +3,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
+#include "tremula/deformation/panel_pose.hpp"
 #include "tremula/deformation/sheet_pose.hpp"
 #include "tremula/dynamics/flutter.hpp"
 #include "tremula/io/gauge_table.hpp"
@@ -99,13 +100,24 @@ Surface skin_of(const Plant& plant) {
   }
   options.tube.color = colors.bark.value_or(options.tube.color);
   options.leaf.color = colors.leaf.value_or(options.leaf.color);
-  if (plant.frame) options.tube = {.name = "timber", .color = {0.62F, 0.49F, 0.34F}};
-  return mesh_surface(plant.imported.skeleton, options);
+  const Eigen::Vector3f timber(0.62F, 0.49F, 0.34F), aluminium(0.7F, 0.7F, 0.7F);
+  if (plant.frame) options.tube = {.name = "timber", .color = colors.bark.value_or(timber)};
+  Surface surface = mesh_surface(plant.imported.skeleton, options);
+  if (plant.frame) {
+    add_panels(
+        *plant.frame,
+        {.name = "panel", .color = colors.leaf.value_or(aluminium), .roughness = 0.5F, .two_sided = true},
+        surface);
+  }
+  return surface;
 }
 
 LoopSize loop_size(const Plant& plant, const Surface& surface, int mode_count, int sample_count,
                    std::size_t frame_count) {
-  const int nodes = plant.sheet ? plant.sheet->node_count() : plant.imported.skeleton.node_count();
+  int nodes = plant.sheet ? plant.sheet->node_count() : plant.imported.skeleton.node_count();
+  if (plant.frame) {
+    for (const Panel& panel : plant.frame->panels) nodes += panel.sheet.node_count();
+  }
   return {.node_count = static_cast<double>(nodes),
           .vertex_count = static_cast<double>(surface.vertex_count()),
           .mode_count = static_cast<double>(mode_count),
@@ -117,6 +129,15 @@ LoopSize loop_size(const Plant& plant, const Surface& surface, int mode_count, i
 void turn_into_wind(Sheet& sheet, double heading) {
   const Eigen::AngleAxisd turn(heading * std::numbers::pi / 180, Vec3::UnitZ());
   for (Vec3* vector : {&sheet.corner, &sheet.along_width, &sheet.along_height}) *vector = turn * *vector;
+}
+
+void turn_into_wind(Plant& plant, double heading) {
+  if (plant.sheet) turn_into_wind(*plant.sheet, heading);
+  if (!plant.frame) return;
+  const Eigen::AngleAxisd turn(heading * std::numbers::pi / 180, Vec3::UnitZ());
+  for (Vec3& node : plant.frame->nodes) node = turn * node;
+  for (Panel& panel : plant.frame->panels) turn_into_wind(panel.sheet, heading);
+  plant.imported.skeleton = outline_of(*plant.frame);
 }
 
 // The mean; of a wind that does not say, that of its reference height.
@@ -343,7 +364,7 @@ RigOptions AnimateCommand::rig_options(const Subject& subject) const {
 Plant AnimateCommand::read_plant(StageLog& log) const {
   log.begin("read");
   Plant plant = under_weight(open_plant(input, read), structure);
-  if (plant.sheet && !std::filesystem::exists(input)) turn_into_wind(*plant.sheet, wind_flags.heading);
+  if (!std::filesystem::exists(input)) turn_into_wind(plant, wind_flags.heading);
   log.finish();
   print_warnings(plant);
   return plant;

@@ -135,7 +135,7 @@ void add_animate(CLI::App& app) {
   CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
   sub.add_option("INPUT", command->input,
                  "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame or "
-                 "a sheet (.toml), or a preset: a plant, or flag, banner, curtain")
+                 "a sheet (.toml), or a preset: a plant, or flag, banner, curtain, sail, sign")
       ->required();
   sub.add_option(
       "-o,--output", command->outputs,

@@ -8,6 +8,7 @@
 #include "tremula/io/frame_file.hpp"
 #include "tremula/io/sheet_file.hpp"
 #include "tremula/modes/mode_quality.hpp"
+#include "tremula/structure/frame_presets.hpp"
 #include "tremula/structure/sag.hpp"
 #include "tremula/structure/sheet_presets.hpp"
 
@@ -91,16 +92,26 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
       return grow_plant(std::string(found->name), std::string(found->text), std::string(found->name),
                         growth_seed, constants);
     }
-    for (const SheetPreset& preset : sheet_presets()) {
-      if (preset.name != input) continue;
+    const auto refuse_growth = [&] {
       read.refuse_for(input);
       if (growth_seed || !constants.empty())
         throw InputError(growth_seed ? "--seed" : "--set", "given with " + input, "an L-system or a plant");
+    };
+    for (const SheetPreset& preset : sheet_presets()) {
+      if (preset.name != input) continue;
+      refuse_growth();
       return {preset.name, {{}, "sheet", {}, {.leaf = preset.color}}, {}, preset.sheet};
+    }
+    for (const FramePreset& preset : frame_presets()) {
+      if (preset.name != input) continue;
+      refuse_growth();
+      const PlantColors colors{.bark = preset.beam_color, .leaf = preset.panel_color};
+      return {preset.name, {outline_of(preset.frame), "frame", {}, colors}, preset.frame};
     }
     std::string names;
     for (const PlantPreset& preset : presets) names += (names.empty() ? "" : ", ") + std::string(preset.name);
     for (const SheetPreset& preset : sheet_presets()) names += ", " + preset.name;
+    for (const FramePreset& preset : frame_presets()) names += ", " + preset.name;
     throw InputError(input, "there is no such file or preset",
                      "a tree file, an L-system (.lsys) or one of " + names);
   }
@@ -151,6 +162,16 @@ Json describe(const Sheet& sheet) {
           {"normal", vector(sheet.normal())}};
 }
 
+Json describe(const std::vector<Panel>& panels) {
+  Json list = Json::array();
+  for (const Panel& panel : panels) {
+    list.push_back(describe(panel.sheet));
+    list.back().erase("cloth");
+    list.back()["fixed_at"] = panel.fixed.size();
+  }
+  return list;
+}
+
 Json describe(const Plant& plant) {
   if (plant.sheet)
     return {{"name", plant.name},
@@ -174,21 +195,23 @@ Json describe(const Plant& plant) {
     repairs.push_back({{"kind", repair.kind}, {"count", repair.count}, {"message", repair.message}});
   }
   const auto vector = [](const Vec3& v) { return Json{v[0], v[1], v[2]}; };
-  return {{"name", plant.name},
-          {"format", plant.imported.format},
-          {"branches", skeleton.branch_count()},
-          {"roots", plant.frame ? plant.frame->clamped.size() : skeleton.roots.size()},
-          {"leaves", skeleton.leaves.size()},
-          {"leaf_area_m2", leaf_area},
-          {"height_m", box.high.z() - box.low.z()},
-          {"low_m", vector(box.low)},
-          {"high_m", vector(box.high)},
-          {"total_length_m", length},
-          {"wood_volume_m3", volume},
-          {"radius_min_m", thinnest},
-          {"radius_max_m", thickest},
-          {"origin_m", vector(skeleton.origin)},
-          {"repairs", repairs}};
+  Json json = {{"name", plant.name},
+               {"format", plant.imported.format},
+               {"branches", skeleton.branch_count()},
+               {"roots", plant.frame ? plant.frame->clamped.size() : skeleton.roots.size()},
+               {"leaves", skeleton.leaves.size()},
+               {"leaf_area_m2", leaf_area},
+               {"height_m", box.high.z() - box.low.z()},
+               {"low_m", vector(box.low)},
+               {"high_m", vector(box.high)},
+               {"total_length_m", length},
+               {"wood_volume_m3", volume},
+               {"radius_min_m", thinnest},
+               {"radius_max_m", thickest},
+               {"origin_m", vector(skeleton.origin)},
+               {"repairs", repairs}};
+  if (plant.frame && !plant.frame->panels.empty()) json["panels"] = describe(plant.frame->panels);
+  return json;
 }
 
 std::uint64_t peak_bytes() {

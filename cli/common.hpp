@@ -52,6 +52,7 @@ void print_warnings(const Plant& plant);
 void print_warnings(const std::vector<std::string>& lines);
 Json describe(const Plant& plant);
 Json describe(const Sheet& sheet);
+Json describe(const std::vector<Panel>& panels);
 std::uint64_t peak_bytes();
 
 // Of three values, those of the components of the wind.

@@ -132,6 +132,7 @@ Json as_json(const Found& found, const StructureOptions& structure) {
                {"seconds", seconds},
                {"peak_bytes", peak_bytes()}};
   if (plant.sheet) json["sheet"] = describe(*plant.sheet);
+  if (plant.frame && !plant.frame->panels.empty()) json["panels"] = describe(plant.frame->panels);
   return json;
 }
 
@@ -212,8 +213,6 @@ void ModesCommand::run(const CLI::App& flags) const {
   const Plant plant = under_weight(open_plant(input, read), structure);
   log.finish();
   print_warnings(plant);
-  if (plant.sheet && !plot.empty())
-    throw InputError("--plot", "given with the sheet " + input, "a tree or a frame");
   const StructureOptions options = structure.options();
   threads.run([&] {
     const Found found = find(plant, options, log);
@@ -267,6 +266,7 @@ void add_modes(CLI::App& app) {
       "  tremula modes scan.mat --modes 20 --material oak --format csv -o frequencies.csv\n"
       "  tremula modes oak --plot oak.svg\n"
       "  tremula modes sheet.toml --count 6 --gravity 0 --medium vacuum\n"
+      "  tremula modes sign --count 6 --plot sign.svg\n"
       "  tremula modes oak --up-to 3 --plot modes.svg\n"
       "  tremula modes forest.txt --modes 100 --max-memory 2GB\n"
       "  tremula modes tree.txt --youngs-modulus 8e9 --shear-modulus 6e8 --density 900 --format json\n");

@@ -98,9 +98,10 @@ Modes modes_about(const Lean& lean, Modes baked) {
 // By modes and static shapes of the structure as it leans.
 Motion by_modes(const Lean& lean, Modes modes, const Weather& weather, const PointWind& wind,
                 const Progress& progress) {
-  // The shape that superposes knows nothing of how branches turn; a sheet that did not turn into the wind
-  // would have the wrong forces altogether.
-  const bool turning = lean.strains.size() > 0 || (lean.structure.sheet && lean.loads.damp);
+  // The shape that superposes knows nothing of how branches turn; what is flat and did not turn into
+  // the wind would have the wrong forces altogether.
+  const bool flat = lean.structure.sheet || !lean.structure.panels.empty();
+  const bool turning = lean.strains.size() > 0 || (flat && lean.loads.damp);
   const StaticShapes more = weather.static_correction
                                 ? static_shapes(lean.structure, lean.sites, lean.loads, modes, turning)
                                 : StaticShapes{{}, Eigen::MatrixXd(lean.structure.size(), 0)};

@@ -74,7 +74,6 @@ TEST(ProgramOnSheets, RefusesInOneLine) {
   expect_refused(steel + "pin = [\"left\"]\n", modes, {"sheet.toml: sheet: free to turn"});
   expect_refused(steel + "clmp = [\"left\"]\n", modes, {"sheet.toml:9:", "did you mean clamp?"});
   expect_refused(held, modes + "--density 3", {"--density: given with the sheet sheet.toml"});
-  expect_refused(held, modes + "--plot a.svg", {"--plot: given with the sheet"});
   expect_refused(held, "modes sheet.toml --modes 2000", {"1 to 468"});
   expect_refused(held, "animate sheet.toml -o a.glb --medium vacuum", {"--medium vacuum: given with a wind"});
   expect_refused(held, "load sheet.toml", {"a sheet, wanted a tree"});
@@ -92,13 +91,27 @@ TEST(ProgramOnSheets, InfoTellsWhatIsInTheFile) {
 
 TEST(ProgramOnSheets, AnimatesEveryPreset) {
   const test::TemporaryFolder folder;
-  for (const std::string preset : {"flag", "banner", "curtain"}) {
+  for (const std::string preset : {"flag", "banner", "curtain", "sail", "sign"}) {
     const Outcome outcome =
         run(folder, "animate " + preset + " --wind-speed 4 --period 4 --fps 10 -o a.csv -o a.glb");
     EXPECT_EQ(outcome.code, 0) << preset << outcome.messages;
     EXPECT_THAT(test::contents(folder / "a.glb"), testing::StartsWith("glTF"));
     const std::string table = test::contents(folder / "a.csv");
     EXPECT_THAT(table, testing::Not(HasSubstr("nan")));
+  }
+}
+
+TEST(ProgramOnSheets, PlotsTheModesOfSheetAndSign) {
+  const test::TemporaryFolder folder;
+  write(folder, steel + "clamp = [\"left\"]\n");
+  for (const std::string input : {"sheet.toml", "sign"}) {
+    const Outcome outcome = run(folder, "modes " + input + " --count 3 --format json --plot a.svg");
+    ASSERT_EQ(outcome.code, 0) << outcome.messages;
+    EXPECT_THAT(test::contents(folder / "a.svg"), HasSubstr("id=\"mode-3\""));
+    const json found = json::parse(outcome.output);
+    if (input == "sign") {
+      EXPECT_EQ(found["panels"][0]["height_m"], 0.9);
+    }
   }
 }
 

@@ -17,7 +17,7 @@
 namespace tremula::fuzz {
 namespace {
 
-constexpr int most_branches_moved = 12;
+constexpr int most_branches_moved = 12, most_rows_of_frame = 6 * 64;
 constexpr std::size_t most_leaves_moved = 12;
 
 // The JSON of a .glb; a number that is not finite stands in it as null.
@@ -112,7 +112,7 @@ void try_frame(std::string_view bytes) {
   FrameFile file;
   if (!taken([&] { file = parse_frame(std::string(bytes), input_name); })) return;
   const Frame& frame = file.frame;
-  if (frame.elements.size() > most_branches_moved) return;
+  if (frame.elements.size() > most_branches_moved || free_rows(frame) > most_rows_of_frame) return;
   const Skeleton outline = outline_of(frame);
   check_skeleton(outline, "the outline of a frame");
 

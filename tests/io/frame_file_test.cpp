@@ -9,6 +9,7 @@
 #include "complaint.hpp"
 #include "support.hpp"
 #include "tremula/modes/solve_modes.hpp"
+#include "tremula/structure/frame_presets.hpp"
 #include "tremula/structure/structure.hpp"
 
 namespace tremula {
@@ -84,6 +85,81 @@ TEST(FrameFile, OfACantileverHasTheFrequencyOfTheClosedForm) {
   EXPECT_NEAR(modes.frequency[0] / wanted, 1, 1e-4);
 }
 
+const std::string sign = R"(name = "sign"
+material = {youngs_modulus = 210e9, shear_modulus = 81e9, density = 7850}
+clamped = ["foot"]
+[points]
+foot = [0, 0, 0]
+low = [0, 0, 2]
+top = [0, 0, 2.5]
+[[beams]]
+through = ["foot", "low", "top"]
+radius = [0.03, 0.02]
+wall = 0.002
+[[panels]]
+corner = [-0.04, -0.3, 1.9]
+along_width = [0, 2, 0]
+width = 0.6
+height = 0.6
+thickness = 0.002
+youngs_modulus = 70e9
+density = 2700
+elements = [6, 6]
+fixed = [[0.3, 0.1, "low"], [0.3, 0.5, "top"]]
+)";
+
+std::string changed_sign(const std::string& from, const std::string& to) {
+  std::string text = sign;
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(FrameFile, HasTubesAndPanels) {
+  const Frame frame = parse_frame(sign, "sign.toml").frame;
+  EXPECT_EQ(frame.elements.front().material.shear_modulus, 81e9);
+  // The wall is as thick all along: over the radius it is thicker where the beam is thinner.
+  for (const FrameElement& element : frame.elements)
+    EXPECT_NEAR(element.wall * (element.start_radius + element.end_radius) / 2, 0.002, 1e-15);
+  EXPECT_EQ(outline_of(frame).branches[2].wall, frame.elements[2].wall);
+  ASSERT_EQ(frame.panels.size(), 1U);
+  const Panel& panel = frame.panels[0];
+  EXPECT_EQ(panel.sheet.corner, Vec3(-0.04, -0.3, 1.9));
+  EXPECT_EQ(panel.sheet.normal(), Vec3::UnitX());
+  EXPECT_EQ(panel.sheet.poisson_ratio, 0.3);
+  ASSERT_EQ(panel.fixed.size(), 2U);
+  EXPECT_EQ(frame.nodes[static_cast<std::size_t>(panel.fixed[1].node)], Vec3(0, 0, 2.5));
+  EXPECT_GT(solve_modes(assemble(frame), {.count = 1}).frequency[0], 1);
+}
+
+TEST(FrameFile, NamesWhatIsWrongWithTubesAndPanels) {
+  EXPECT_THAT(complaint_about(changed_sign("wall = 0.002", "wall = 0.025")),
+              HasSubstr("frame.toml:11:8: wall: 0.025 m, wanted a thickness above 0 m and up to the radius, "
+                        "0.02 m"));
+  EXPECT_THAT(complaint_about(changed_sign("wall = 0.002", "wall = 0")), HasSubstr("11:8: wall: 0, wanted"));
+  EXPECT_THAT(complaint_about(changed_sign("0.5, \"top\"", "0.5, \"tip\"")),
+              HasSubstr("frame.toml:21:39: fixed: no point 'tip'; did you mean top?"));
+  EXPECT_THAT(complaint_about(changed_sign("[0.3, 0.5, \"top\"]", "[0.3, 0.7, \"top\"]")),
+              HasSubstr("frame.toml:12:1: frame panel 0: fixing at 0.3, 0.7 m: off the panel"));
+  EXPECT_THAT(complaint_about(changed_sign("[0.3, 0.5, \"top\"]", "[0.3, \"top\"]")),
+              HasSubstr("fixed: a list of 2"));
+  EXPECT_THAT(complaint_about(changed_sign("[[0.3, 0.1, \"low\"], [0.3, 0.5, \"top\"]]", "[]")),
+              HasSubstr("fixed nowhere"));
+  EXPECT_THAT(complaint_about(changed_sign("thickness = 0.002", "thickness = 0")),
+              HasSubstr("17:13: thickness: 0, wanted a number above 0 [m]"));
+  EXPECT_THAT(complaint_about(changed_sign("along_width = [0, 2, 0]", "along_width = [0, 0, 0]")),
+              HasSubstr("along_width: no direction"));
+  EXPECT_THAT(complaint_about(changed_sign("along_width = [0, 2, 0]", "along_width = [0, 2, 1]")),
+              HasSubstr("two unit vectors at right angles"));
+  EXPECT_THAT(complaint_about(changed_sign("corner = [-0.04, -0.3, 1.9]\n", "")),
+              HasSubstr("panel: no corner"));
+  EXPECT_THAT(complaint_about(changed_sign("density = 7850}", "density = 0}")), HasSubstr("density"));
+  EXPECT_THAT(complaint_about(changed_sign("shear_modulus = 81e9, ", "")),
+              HasSubstr("material: no shear_modulus"));
+  EXPECT_THAT(complaint_about(changed_sign("width = 0.6\n", "width = 0.6\nclamp = [\"left\"]\n")),
+              HasSubstr("a panel has no 'clamp'"));
+}
+
 TEST(FrameFile, NamesLineAndColumnOfWhatIsWrong) {
   EXPECT_THAT(complaint_about(changed("\"left\", \"top\", \"right\"", "\"left\", \"topp\"")),
               HasSubstr("frame.toml:10:20: through: no point 'topp'; did you mean top?"));
@@ -149,6 +225,13 @@ TEST(FrameFile, OfTheExamplesHaveModes) {
   const FrameFile file = read_frame((test::source_folder() / "examples/frames/pergola.toml").string());
   EXPECT_EQ(file.name, "pergola");
   EXPECT_GT(solve_modes(assemble(file.frame), {.count = 1}).frequency[0], 1);
+}
+
+TEST(FrameFile, OfTheExampleSignIsThePreset) {
+  const FrameFile file = read_frame((test::source_folder() / "examples/frames/sign-on-post.toml").string());
+  const Modes modes = solve_modes(assemble(file.frame), {.count = 6}),
+              preset = solve_modes(assemble(frame_presets()[0].frame), {.count = 6});
+  for (int r = 0; r < 6; ++r) EXPECT_NEAR(modes.frequency[r] / preset.frequency[r], 1, 1e-6) << r;
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <sstream>
 
 #include "io/xml.hpp"
+#include "panels.hpp"
+#include "sheets.hpp"
 #include "trees.hpp"
 #include "tremula/modes/solve_modes.hpp"
 
@@ -160,6 +162,45 @@ TEST(PlotModes, ShowsTorsionOfAStemThoughNothingOfItMoves) {
               testing::AllOf(Contains("1 branch, 67.36 kg; 6 modes"), Contains("torsion, heading 0\u00b0"),
                              Contains("axial, heading 0\u00b0")));
   EXPECT_THAT(drawn.svg, testing::Not(testing::HasSubstr("nan")));
+}
+
+// Of a sheet or a frame.
+Drawn draw(const Structure& structure, int count) {
+  Drawn drawn;
+  drawn.modes = solve_modes(structure, {.count = count});
+  drawn.quality = assess_modes(structure, drawn.modes, std::vector<bool>(structure.members.size(), false));
+  drawn.svg = plot_modes(structure, drawn.modes, drawn.quality);
+  for (const XmlElement& element : read_xml(drawn.svg)) {
+    if (element.name == "text") drawn.texts.push_back(element.text);
+    if (element.name == "g") drawn.shapes.emplace_back();
+    if (drawn.shapes.empty() || element.name != "path" || element.attributes.at("stroke") == "#333") continue;
+    add_segments(element.attributes.at("d"), element.attributes.at("stroke") == "#dedede"
+                                                 ? drawn.shapes.back().at_rest
+                                                 : drawn.shapes.back().moved);
+  }
+  return drawn;
+}
+
+TEST(PlotModes, DrawsASheetAsTheLinesAlongItsElements) {
+  Sheet sheet = test::steel_sheet(6, 4);
+  sheet.clamped = {SheetEdge::left};
+  const Drawn drawn = draw(assemble(sheet, {.gravity = 0}), 3);
+  EXPECT_THAT(drawn.texts, Contains(testing::StartsWith("24 elements, ")));
+  EXPECT_THAT(drawn.texts, Contains("bending, slanting"));
+  ASSERT_EQ(drawn.shapes.size(), 3U);
+  for (const Shape& shape : drawn.shapes) {
+    EXPECT_EQ(shape.at_rest.size(), 7U + 5U);
+    EXPECT_GE(shape.moved.size(), 7U + 5U) << "a line is cut where its shade changes";
+    EXPECT_GT((reach(shape.moved) - reach(shape.at_rest)).cwiseAbs().maxCoeff(), 2) << "pixels";
+  }
+}
+
+TEST(PlotModes, DrawsPostAndPanelInOnePicture) {
+  const Material wood{"wood", 9e9, 7e8, 950, ""};
+  const Drawn drawn = draw(assemble(test::post_with_panel(2, 0.02, wood, test::panel_sheet(), 4)), 2);
+  EXPECT_THAT(drawn.texts, Contains(testing::StartsWith("4 branches, 12 elements, ")));
+  ASSERT_EQ(drawn.shapes.size(), 2U);
+  EXPECT_EQ(drawn.shapes[0].at_rest.size(), 4U + 5U + 4U);
 }
 
 }  // namespace

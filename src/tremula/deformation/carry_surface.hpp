@@ -13,19 +13,20 @@ namespace tremula {
 
 // section_at(branch, s), called by several threads, tells of the cross section at s of a member how it moves
 // what it carries: position(arm) the change of a point that stands at `arm` from the axis at rest, normal(n)
-// the change of a normal. Throws InputError for a surface whose arrays do not agree, and for members that
-// there are not.
+// the change of a normal. What the vertices from `count` on do is left to the caller. Throws InputError for a
+// surface whose arrays do not agree, and for members that there are not.
 template <class SectionAt>
-SurfaceDelta carry_surface(const Structure& structure, const Surface& surface, const SectionAt& section_at) {
+SurfaceDelta carry_surface(const Structure& structure, const Surface& surface, std::size_t count,
+                           const SectionAt& section_at) {
   const auto vertices = static_cast<std::ptrdiff_t>(surface.vertex_count());
   check_equal("normals of the surface", static_cast<std::ptrdiff_t>(surface.normal.size()), vertices);
   check_equal("branches of the vertices", static_cast<std::ptrdiff_t>(surface.branch.size()), vertices);
   check_equal("places along the branches", static_cast<std::ptrdiff_t>(surface.along.size()), vertices);
   constexpr std::size_t together = 4096;
-  const std::size_t count = surface.vertex_count(), member_count = structure.members.size();
+  const std::size_t member_count = structure.members.size();
   SurfaceDelta delta;
-  delta.position.resize(count);
-  delta.normal.resize(count);
+  delta.position.resize(surface.vertex_count());
+  delta.normal.resize(surface.vertex_count());
   const auto carry = [&](std::size_t first, std::size_t end) {
     std::optional<decltype(section_at(std::size_t{0}, 0.0))> section;
     Vec3 axis_point = Vec3::Zero();
@@ -50,6 +51,11 @@ SurfaceDelta carry_surface(const Structure& structure, const Surface& surface, c
     carry(part * together, std::min(count, (part + 1) * together));
   });
   return delta;
+}
+
+template <class SectionAt>
+SurfaceDelta carry_surface(const Structure& structure, const Surface& surface, const SectionAt& section_at) {
+  return carry_surface(structure, surface, surface.vertex_count(), section_at);
 }
 
 }  // namespace tremula

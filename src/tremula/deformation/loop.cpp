@@ -2,6 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/deformation/bent_pose.hpp"
+#include "tremula/deformation/panel_pose.hpp"
 #include "tremula/deformation/principal_shapes.hpp"
 #include "tremula/deformation/sheet_pose.hpp"
 #include "tremula/numerics/rotation.hpp"
@@ -28,10 +29,10 @@ void check_surface(const Structure& structure, const Surface& surface) {
   check_equal("branches of the vertices", static_cast<std::ptrdiff_t>(surface.branch.size()), vertices);
   check_equal("places along the branches", static_cast<std::ptrdiff_t>(surface.along.size()), vertices);
   if (structure.sheet) return;  // sheet_surface knows its sheet
+  const int carriers = carrier_count(structure);
   for (const std::int32_t member : surface.branch) {
-    if (member < 0 || static_cast<std::size_t>(member) >= structure.members.size()) {
-      throw InputError("branch of a vertex", std::to_string(member),
-                       "0 to " + std::to_string(structure.members.size() - 1));
+    if (member < 0 || member >= carriers) {
+      throw InputError("branch of a vertex", std::to_string(member), "0 to " + std::to_string(carriers - 1));
     }
   }
 }

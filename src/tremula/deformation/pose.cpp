@@ -2,6 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/deformation/carry_surface.hpp"
+#include "tremula/deformation/panel_pose.hpp"
 #include "tremula/deformation/sheet_pose.hpp"
 
 #include <algorithm>
@@ -45,9 +46,18 @@ SurfaceDelta deform_surface(const Structure& structure, const Surface& surface,
     Vec3 position(const Vec3& arm) const { return point.displacement + point.rotation.cross(arm); }
     Vec3 normal(const Vec3& n) const { return point.rotation.cross(n); }
   };
-  return carry_surface(structure, surface, [&](std::size_t branch, double s) {
+  // Skins of panels come last.
+  const auto of_members = static_cast<std::int32_t>(structure.members.size());
+  const auto first_of_panels = structure.panels.empty()
+                                   ? surface.branch.end()
+                                   : std::find_if(surface.branch.begin(), surface.branch.end(),
+                                                  [&](std::int32_t b) { return b >= of_members; });
+  const auto first = static_cast<std::size_t>(first_of_panels - surface.branch.begin());
+  SurfaceDelta delta = carry_surface(structure, surface, first, [&](std::size_t branch, double s) {
     return Carrier{member_point(structure.members[branch], displacement, s)};
   });
+  deform_panels(structure, surface, displacement, first, delta);
+  return delta;
 }
 
 }  // namespace tremula

@@ -19,8 +19,8 @@ std::vector<GustStatistics> wind_of_points(const WindAt& wind, const Eigen::Matr
   return result;
 }
 
-// (S) What the sites leave of the wind for each other. The drag of leaves that fold depends on the wind that
-// is left of `before`.
+// (S) What the sites leave of the wind for each other; of what is flat that is all of it, and it has all. The
+// drag of leaves that fold depends on the wind that is left of `before`.
 Eigen::VectorXd shares_of_wind(const std::vector<Site>& sites, const Eigen::Matrix3Xd& places,
                                const std::vector<GustStatistics>& wind, const LoadLaw& law,
                                const ShelterOptions& options, const Eigen::VectorXd& before) {
@@ -30,9 +30,14 @@ Eigen::VectorXd shares_of_wind(const std::vector<Site>& sites, const Eigen::Matr
   Eigen::VectorXd areas(before.size());
   for (Eigen::Index s = 0; s < areas.size(); ++s) {
     const Site& site = sites[index_of(s)];
-    areas[s] = drag_area(site, before[s] * wind[index_of(site.point)].mean, law);
+    areas[s] =
+        site.kind == SiteKind::plate ? 0 : drag_area(site, before[s] * wind[index_of(site.point)].mean, law);
   }
-  return find_shelter(places, areas, mean.normalized(), options);
+  Eigen::VectorXd shares = find_shelter(places, areas, mean.normalized(), options);
+  for (Eigen::Index s = 0; s < areas.size(); ++s) {
+    if (sites[index_of(s)].kind == SiteKind::plate) shares[s] = 1;
+  }
+  return shares;
 }
 
 // (S) What shelter leaves of the wind, found in rounds: less wind folds fewer leaves, which leave less of it.
@@ -69,13 +74,13 @@ void check_round(int round, double change) {
               " of itself; choose another wind, or no shelter");
 }
 
-// Where each site is on members that stand straight, or on a sheet.
+// Where each site is on members that stand straight; of a plate, the middle of its element.
 Eigen::Matrix3Xd places_of(const Structure& structure, const Sites& sites) {
   Eigen::Matrix3Xd places(3, static_cast<Eigen::Index>(sites.sites.size()));
   for (Eigen::Index s = 0; s < places.cols(); ++s) {
     const Site& site = sites.sites[index_of(s)];
-    places.col(s) = structure.sheet ? Vec3(sites.points.col(site.point))
-                                    : structure.members[index_of(site.point)].point(site.place);
+    places.col(s) = site.kind == SiteKind::plate ? Vec3(sites.points.col(site.point))
+                                                 : structure.members[index_of(site.point)].point(site.place);
   }
   return places;
 }

@@ -22,13 +22,16 @@ Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& coordinates) {
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
 }
 
-// The rows of the nodes at the ends of the members, in their order, or of all nodes of a sheet; -1 where that
-// is held.
+// The rows of the nodes at the ends of the members, in their order, and of all nodes of what is flat; -1
+// where that is held.
 std::vector<Eigen::Index> end_rows(const Structure& structure) {
   std::vector<Eigen::Index> rows;
   for (const Member& member : structure.members) rows.push_back(member.end_row);
   for (std::size_t i = 0; structure.sheet && i < structure.nodes.size(); ++i)
     rows.push_back(structure.nodes[i].row);
+  for (const PlacedPanel& panel : structure.panels) {
+    for (const PanelNode& node : panel.nodes) rows.push_back(node.row);
+  }
   return rows;
 }
 

@@ -10,7 +10,7 @@ namespace tremula {
 struct Sway {
   double displacement = 0;           // of the end of a member that moves most [m]
   double rotation = 0;               // of the end that turns most [rad]
-  int branch = 0;                    // the member whose end moves most
+  int branch = 0;                    // the member whose end moves most; behind them count the nodes of panels
   Eigen::VectorXd coordinates = {};  // (m + k) of modes and static shapes [m sqrt(kg)]
 };
 

@@ -1,12 +1,16 @@
 #include "tremula/io/frame_file.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/base/suggestion.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/plate_keys.hpp"
 #include "tremula/io/toml_reading.hpp"
 
+#include <algorithm>
 #include <array>
 #include <map>
+#include <utility>
 #include <vector>
 
 namespace tremula {
@@ -31,7 +35,20 @@ int point_named(const Reader& reader, const toml::node& node, const std::string&
 }
 
 Material material_of(const Reader& reader, const toml::node& node) {
-  const std::string name = text(reader, node, "material", "the name of a material");
+  if (const toml::table* table = node.as_table()) {
+    check_keys(reader, *table, "a material", {"youngs_modulus", "shear_modulus", "density"});
+    const auto value = [&](const char* key, const char* wanted) {
+      return number(reader, needed(reader, *table, key, "material"), key, 1e-15, wanted);
+    };
+    Material material;
+    material.youngs_modulus = value("youngs_modulus", "a number above 0 [Pa]");
+    material.shear_modulus = value("shear_modulus", "a number above 0 [Pa]");
+    material.density = value("density", "a number above 0 [kg/m^3]");
+    material.source = "the file";
+    return material;
+  }
+  const std::string name =
+      text(reader, node, "material", "the name of a material, or a table of its numbers");
   try {
     return find_material(name);
   } catch (const InputError& error) {
@@ -75,9 +92,29 @@ std::array<double, 2> radii(const Reader& reader, const toml::node& node) {
   return {number(reader, both[0], "radius", 1e-9, wanted), number(reader, both[1], "radius", 1e-9, wanted)};
 }
 
+// What a beam is like all along.
+struct BeamKeys {
+  std::array<double, 2> radius;
+  double wall;  // [m]; 0: solid
+  Material material;
+  int pieces;
+};
+
+double wall_of(const Reader& reader, const toml::table& beam, const std::array<double, 2>& radius) {
+  const toml::node* node = beam.get("wall");
+  if (node == nullptr) return 0;
+  const double thinner = std::min(radius[0], radius[1]);
+  const std::string wanted =
+      "a thickness above 0 m and up to the radius, " + number_text(thinner) + " m; none for a solid beam";
+  const double wall = number(reader, *node, "wall", 1e-9, wanted);
+  if (wall > thinner) reader.fail(*node, "wall", number_text(wall) + " m", wanted);
+  return wall;
+}
+
 // One straight piece after the other, through new nodes between the points.
-void add_beam(Reader& reader, const toml::node& beam, const std::vector<int>& through,
-              const std::array<double, 2>& radius, const Material& material, int pieces) {
+void add_beam(Reader& reader, const toml::node& beam, const std::vector<int>& through, const BeamKeys& keys) {
+  const std::array<double, 2>& radius = keys.radius;
+  const int pieces = keys.pieces;
   Frame& frame = reader.result.frame;
   const auto node = [&](int i) { return frame.nodes[static_cast<std::size_t>(i)]; };
   double whole = 0, done = 0;
@@ -97,8 +134,10 @@ void add_beam(Reader& reader, const toml::node& beam, const std::vector<int>& th
       const auto at = [&](double share) {
         return radius[0] + (radius[1] - radius[0]) * (done + share * length) / whole;
       };
-      frame.elements.push_back({last, next, at(static_cast<double>(piece - 1) / pieces),
-                                at(static_cast<double>(piece) / pieces), material});
+      const double before = at(static_cast<double>(piece - 1) / pieces),
+                   after = at(static_cast<double>(piece) / pieces);
+      frame.elements.push_back({last, next, before, after, keys.material,
+                                keys.wall > 0 ? std::min(1.0, 2 * keys.wall / (before + after)) : 1});
       last = next;
     }
     done += length;
@@ -117,16 +156,18 @@ void read_beams(Reader& reader, const toml::table& file) {
   for (const toml::node& entry : list(reader, node, "beams", "[[beams]]")) {
     if (!entry.is_table()) reader.fail(entry, "beams", kind_of(entry), "[[beams]]");
     const toml::table& beam = *entry.as_table();
-    check_keys(reader, beam, "a beam", {"through", "radius", "material", "pieces"});
+    check_keys(reader, beam, "a beam", {"through", "radius", "wall", "material", "pieces"});
     std::vector<int> through;
     const toml::node& names = needed(reader, beam, "through", "beam");
     for (const toml::node& name : list(reader, names, "through", "names of points"))
       through.push_back(point_named(reader, name, "through"));
     if (through.size() < 2)
       reader.fail(names, "through", std::to_string(through.size()) + " points", "two or more");
-    add_beam(reader, entry, through, radii(reader, needed(reader, beam, "radius", "beam")),
-             beam.contains("material") ? material_of(reader, *beam.get("material")) : material,
-             beam.contains("pieces") ? pieces_of(reader, *beam.get("pieces")) : pieces);
+    const std::array<double, 2> radius = radii(reader, needed(reader, beam, "radius", "beam"));
+    add_beam(reader, entry, through,
+             {radius, wall_of(reader, beam, radius),
+              beam.contains("material") ? material_of(reader, *beam.get("material")) : material,
+              beam.contains("pieces") ? pieces_of(reader, *beam.get("pieces")) : pieces});
   }
 }
 
@@ -143,10 +184,66 @@ void read_masses(Reader& reader, const toml::table& file) {
   }
 }
 
+// A unit vector.
+Vec3 direction_of(const Reader& reader, const toml::table& panel, const char* key, const Vec3& otherwise) {
+  const toml::node* node = panel.get(key);
+  if (node == nullptr) return otherwise;
+  const char* wanted = "a direction in three numbers";
+  const std::vector<double> along = numbers(reader, *node, key, 3, -1e6, wanted);
+  const Vec3 direction(along[0], along[1], along[2]);
+  if (!(direction.norm() > 1e-9)) reader.fail(*node, key, "no direction", wanted);
+  return direction.normalized();
+}
+
+std::vector<PanelFixing> fixings_of(const Reader& reader, const toml::table& panel) {
+  const char* wanted = "places and names of points [[x, y, \"point\"], …]";
+  std::vector<PanelFixing> fixings;
+  for (const toml::node& entry : list(reader, needed(reader, panel, "fixed", "panel"), "fixed", wanted)) {
+    const toml::array& fixing = list(reader, entry, "fixed", wanted);
+    if (fixing.size() != 3) reader.fail(entry, "fixed", "a list of " + std::to_string(fixing.size()), wanted);
+    const double x = number(reader, fixing[0], "fixed", 0, "two numbers on the panel [m], and a point"),
+                 y = number(reader, fixing[1], "fixed", 0, "two numbers on the panel [m], and a point");
+    fixings.push_back({{x, y}, point_named(reader, fixing[2], "fixed")});
+  }
+  return fixings;
+}
+
+void read_panels(Reader& reader, const toml::table& file) {
+  const toml::node* node = file.get("panels");
+  if (node == nullptr) return;
+  Frame& frame = reader.result.frame;
+  for (const toml::node& entry : list(reader, *node, "panels", "[[panels]]")) {
+    if (!entry.is_table()) reader.fail(entry, "panels", kind_of(entry), "[[panels]]");
+    const toml::table& table = *entry.as_table();
+    check_keys(reader, table, "a panel",
+               {"width", "height", "thickness", "youngs_modulus", "poisson_ratio", "density", "elements",
+                "corner", "along_width", "along_height", "fixed"});
+    Panel panel;
+    panel.sheet.elements = {8, 8};
+    read_plate(reader, table, "panel", panel.sheet);
+    const std::vector<double> corner = numbers(reader, needed(reader, table, "corner", "panel"), "corner", 3,
+                                               -1e6, "three numbers within 1000 km [m]");
+    panel.sheet.corner = {corner[0], corner[1], corner[2]};
+    panel.sheet.along_width = direction_of(reader, table, "along_width", Vec3::UnitX());
+    panel.sheet.along_height = direction_of(reader, table, "along_height", Vec3::UnitZ());
+    panel.fixed = fixings_of(reader, table);
+    const std::size_t index = frame.panels.size();
+    try {
+      check_panel(panel, index, frame.nodes);
+    } catch (const InputError& error) {
+      const toml::source_position at = entry.source().begin;
+      throw InputError(reader.file + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
+                       error.what());
+    }
+    frame.panels.push_back(std::move(panel));
+  }
+}
+
 FrameFile read_text(const std::string& text_of_file, const std::string& name) {
   const toml::table file = parse_toml(text_of_file, name);
   Reader reader{{name}};
-  check_keys(reader, file, "a frame", {"name", "material", "pieces", "clamped", "points", "beams", "masses"});
+  check_keys(reader, file, "a frame",
+             {"name", "material", "pieces", "clamped", "points", "beams", "masses", "panels"});
   if (const toml::node* title = file.get("name")) reader.result.name = text(reader, *title, "name", "a name");
   read_points(reader, file);
   const toml::node& clamped = needed(reader, file, "clamped", "frame");
@@ -154,6 +251,7 @@ FrameFile read_text(const std::string& text_of_file, const std::string& name) {
     reader.result.frame.clamped.push_back(point_named(reader, point, "clamped"));
   read_beams(reader, file);
   read_masses(reader, file);
+  read_panels(reader, file);
   try {
     check_frame(reader.result.frame);
   } catch (const InputError& error) {

@@ -1,4 +1,4 @@
-// Frames from TOML: beams between named points (.toml).
+// Frames from TOML: beams between named points, and plates that these carry (.toml).
 //
 //   name = "pergola"
 //   material = "birch"                 # of every beam that names none
@@ -12,10 +12,17 @@
 //   [[beams]]
 //   through = ["left", "top"]         # two points or more
 //   radius = 0.05                     # [m], or from the first point to the last: [0.05, 0.03]
+//   wall = 0.003                      # of a tube [m]; none: solid
 //
 //   [[masses]]
 //   at = "top"
 //   mass = 2.5                        # [kg]
+//
+//   [[panels]]                        # width … elements as in sheet_file.hpp, elements = [8, 8] if not given
+//   corner = [-0.3, 0.05, 1.8]        # where the left bottom corner is [m]
+//   along_width = [1, 0, 0]           # the way from left to right, at right angles to
+//   along_height = [0, 0, 1]          # the way up; these two if not given
+//   fixed = [[0.3, 0.2, "top"]]       # places from that corner [m], and the points that hold them
 #pragma once
 
 #include "tremula/structure/frame.hpp"

@@ -13,7 +13,7 @@
 #include <numeric>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 
 namespace tremula {
 namespace {
@@ -90,6 +90,36 @@ std::string counted(int count, const std::string& one, const std::string& severa
 
 Vec3 end_of(const Member& member) { return member.point(1); }
 
+// What is drawn: the members, and what is flat.
+struct Body {
+  const Structure& structure;
+  std::vector<PlacedPanel> flat;
+};
+
+// The ends of the members and the corners of what is flat, at rest.
+template <class Visit>
+void visit_points(const Body& body, const Visit& visit) {
+  for (const Member& member : body.structure.members) {
+    visit(member.start);
+    visit(end_of(member));
+  }
+  for (const PlacedPanel& panel : body.flat) {
+    for (const double x : {0.0, panel.sheet.width}) {
+      for (const double y : {0.0, panel.sheet.height}) visit(panel.sheet.position({x, y}));
+    }
+  }
+}
+
+std::string counted_parts(const Body& body) {
+  std::string text;
+  if (!body.structure.members.empty())
+    text = counted(static_cast<int>(body.structure.members.size()), "branch", "branches");
+  int elements = 0;
+  for (const PlacedPanel& panel : body.flat) elements += panel.element_count();
+  if (elements > 0) text += (text.empty() ? "" : ", ") + counted(elements, "element", "elements");
+  return text;
+}
+
 // What carries the start of each member: an earlier one that ends there, or -1.
 std::vector<int> carriers_of(const Structure& structure) {
   std::vector<int> ending(static_cast<std::size_t>(structure.size()), -1), carriers;
@@ -102,16 +132,11 @@ std::vector<int> carriers_of(const Structure& structure) {
   return carriers;
 }
 
-// The edges of the box around the members [m].
-Vec3 extent_of(const Structure& structure) {
-  Vec3 low = structure.members.front().start, high = low;
-  for (const Member& member : structure.members) {
-    for (const Vec3& point : {member.start, end_of(member)}) {
-      low = low.cwiseMin(point);
-      high = high.cwiseMax(point);
-    }
-  }
-  return high - low;
+// The edges of the box around all of it [m].
+Vec3 extent_of(const Body& body) {
+  Eigen::AlignedBox3d box;
+  visit_points(body, [&](const Vec3& point) { box.extend(point); });
+  return box.sizes();
 }
 
 struct View {
@@ -121,9 +146,22 @@ struct View {
   Eigen::Vector2d see(const Vec3& point) const { return {point.dot(right), point.dot(up)}; }
 };
 
-View view_of(const Structure& structure, const Eigen::VectorXd& shape, ModeKind kind) {
+// Of what is flat: from before it, a little to the left and from above, so that its grid shows where it
+// bulges.
+View slanting_view(const Sheet& sheet) {
+  constexpr double turn = 0.65, lift = 0.4;  // [rad]
+  const Vec3 towards =
+      std::cos(lift) * (std::cos(turn) * sheet.normal() - std::sin(turn) * sheet.along_width) +
+      std::sin(lift) * sheet.along_height;
+  const Vec3 right = sheet.along_height.cross(towards).normalized();
+  return {right, towards.cross(right), "slanting"};
+}
+
+View view_of(const Body& body, const Eigen::VectorXd& shape, ModeKind kind) {
+  if (!body.flat.empty()) return slanting_view(body.flat.front().sheet);
+  const Structure& structure = body.structure;
   if (kind == ModeKind::torsion) {
-    const Vec3 size = extent_of(structure);
+    const Vec3 size = extent_of(body);
     if (size.head<2>().minCoeff() > 0.3 * size.z()) return {Vec3::UnitX(), Vec3::UnitY(), "from above"};
   }
   Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
@@ -240,19 +278,80 @@ std::string draw_branches(const Structure& structure, const std::vector<int>& br
   return svg;
 }
 
+// A line of the grid of what is flat, and how far its most moved point goes in each piece.
+struct GridLine {
+  Line line;
+  std::vector<double> moved;  // of its pieces [m]
+};
+
+// As lines in both directions, through nodes of the elements and two pieces from one to the next; no more
+// than a few lines, the edges among them.
+std::vector<GridLine> grid_of(const PlacedPanel& panel, const Eigen::VectorXd& displacement,
+                              const Placement& placement) {
+  constexpr int most_lines = 13;
+  const Sheet& sheet = panel.sheet;
+  std::vector<GridLine> grid;
+  for (const bool level : {false, true}) {
+    const int across = sheet.elements[level ? 1 : 0], along = 2 * sheet.elements[level ? 0 : 1];
+    const int line_count = std::min(across, most_lines - 1);
+    for (int k = 0; k <= line_count; ++k) {
+      const double share = static_cast<double>(k) / line_count;
+      GridLine line;
+      for (int i = 0; i <= along; ++i) {
+        const double way = static_cast<double>(i) / along;
+        const Eigen::Vector2d at((level ? way : share) * sheet.width, (level ? share : way) * sheet.height);
+        const PanelPlace place = place_on(panel, at);
+        const Vec3 moved = place.translation * corner_displacements(place, displacement);
+        const Eigen::Vector2d seen =
+            placement.scale * (placement.view.see(sheet.position(at) + moved) - placement.center);
+        line.line.emplace_back(placement.at.x() + seen.x(), placement.at.y() - seen.y());
+        if (i > 0) line.moved.back() = std::max(line.moved.back(), moved.norm());
+        if (i < along) line.moved.push_back(moved.norm());
+      }
+      grid.push_back(std::move(line));
+    }
+  }
+  return grid;
+}
+
+// The more coloured the more it moves; a line goes on as long as its shade does.
+std::string draw_flat(const std::vector<PlacedPanel>& flat, const Eigen::VectorXd& displacement,
+                      const Placement& placement, const std::string& still, const std::string& moving) {
+  constexpr int shades = 6;
+  std::vector<GridLine> grid;
+  double farthest = 0;
+  for (const PlacedPanel& panel : flat) {
+    for (GridLine& line : grid_of(panel, displacement, placement)) {
+      for (const double moved : line.moved) farthest = std::max(farthest, moved);
+      grid.push_back(std::move(line));
+    }
+  }
+  std::map<int, std::vector<Line>> by_shade;
+  for (const GridLine& line : grid) {
+    int last = -1;
+    for (std::size_t i = 0; i < line.moved.size(); ++i) {
+      const double share = farthest > 0 ? std::sqrt(line.moved[i] / farthest) : 0;
+      const int shade = static_cast<int>(std::lround(shades * share));
+      std::vector<Line>& lines = by_shade[shade];
+      if (shade != last) lines.push_back({line.line[i]});
+      lines.back().push_back(line.line[i + 1]);
+      last = shade;
+    }
+  }
+  std::string svg;
+  for (const auto& [shade, lines] : by_shade)
+    svg += svg_lines(lines, blend(still, moving, static_cast<double>(shade) / shades), 0.8);
+  return svg;
+}
+
 struct Seen {
   Eigen::Vector2d low, high;
 };
 
-Seen seen_extent(const Structure& structure, const View& view) {
-  Seen seen{view.see(structure.members.front().start), view.see(structure.members.front().start)};
-  for (const Member& member : structure.members) {
-    for (const Vec3& point : {member.start, end_of(member)}) {
-      seen.low = seen.low.cwiseMin(view.see(point));
-      seen.high = seen.high.cwiseMax(view.see(point));
-    }
-  }
-  return seen;
+Seen seen_extent(const Body& body, const View& view) {
+  Eigen::AlignedBox2d box;
+  visit_points(body, [&](const Vec3& point) { box.extend(view.see(point)); });
+  return {box.min(), box.max()};
 }
 
 // A round length of about a third of the width, in pixels and as text.
@@ -270,11 +369,12 @@ std::string plot_modes(const Structure& structure, const Modes& modes, const Mod
                        const ModesPlotOptions& options) {
   check_finite("plot: frequencies", modes.frequency);
   check_finite("plot: total mass", quality.total_mass);
+  const Body drawn{structure, flat_parts(structure)};
   const PlotBox frame{84, 78, page_width - 84 - margin, 250};
   std::string body = svg_text(margin, 36, options.title, {.size = 20, .color = "#111", .bold = true});
   body += svg_text(margin, 58,
-                   counted(static_cast<int>(structure.members.size()), "branch", "branches") +
-                       print(", %.4g kg; ", quality.total_mass) + counted(modes.count(), "mode", "modes"),
+                   counted_parts(drawn) + print(", %.4g kg; ", quality.total_mass) +
+                       counted(modes.count(), "mode", "modes"),
                    {.size = 13});
   body += frequency_plot(modes, quality, frame);
 
@@ -283,13 +383,13 @@ std::string plot_modes(const Structure& structure, const Modes& modes, const Mod
   const double panel_width = (page_width - 2 * margin) / columns;
 
   // One scale for all shapes, so that they can be compared.
-  const double size = extent_of(structure).norm();
+  const double size = extent_of(drawn).norm();
   std::vector<View> views;
   std::vector<Seen> extents;
   Eigen::Vector2d largest = Eigen::Vector2d::Zero();
   for (int r = 0; r < shapes; ++r) {
-    views.push_back(view_of(structure, modes.shapes.col(r), quality.kind[static_cast<std::size_t>(r)]));
-    extents.push_back(seen_extent(structure, views.back()));
+    views.push_back(view_of(drawn, modes.shapes.col(r), quality.kind[static_cast<std::size_t>(r)]));
+    extents.push_back(seen_extent(drawn, views.back()));
     largest = largest.cwiseMax(extents.back().high - extents.back().low);
   }
   double thickest = 0;
@@ -314,10 +414,12 @@ std::string plot_modes(const Structure& structure, const Modes& modes, const Mod
     const std::vector<int> branches = branches_to_draw(structure, shape, options.branch_count);
     const std::string color = color_of(quality.kind[i]);
     body += "<g id=\"mode-" + std::to_string(r + 1) + "\">\n";
-    body +=
-        draw_branches(structure, branches, Eigen::VectorXd::Zero(shape.size()), placement, at_rest, at_rest);
-    body += draw_branches(structure, branches, amplitude(shape, size, options) * shape, placement, unmoved,
-                          color);
+    const Eigen::VectorXd still = Eigen::VectorXd::Zero(shape.size()),
+                          moved = amplitude(shape, size, options) * shape;
+    body += draw_branches(structure, branches, still, placement, at_rest, at_rest);
+    body += draw_flat(drawn.flat, still, placement, at_rest, at_rest);
+    body += draw_branches(structure, branches, moved, placement, unmoved, color);
+    body += draw_flat(drawn.flat, moved, placement, unmoved, color);
     const double text = y + panel_height + 16;
     body += svg_text(x + panel_width / 2, text,
                      std::to_string(r + 1) + " \u00b7 " + print("%#.4g Hz", modes.frequency[r]),

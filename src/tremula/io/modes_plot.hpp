@@ -18,7 +18,8 @@ struct ModesPlotOptions {
 };
 
 // SVG text. Each shape is seen from the side, so that the horizontal direction in which the mode moves most
-// lies across (heading: its angle from x towards y); torsion of a wide crown from above. At rest grey;
+// lies across (heading: its angle from x towards y); torsion of a wide crown from above; a sheet, or a frame
+// with panels, slanting, as lines along its elements. At rest grey;
 // displaced in the colour of the kind, the stronger the more it moves; feet on springs move too. The same
 // arguments give the same bytes.
 std::string plot_modes(const Structure& structure, const Modes& modes, const ModeQuality& quality,

@@ -2,12 +2,12 @@
 
 #include "tremula/base/suggestion.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/plate_keys.hpp"
 #include "tremula/io/toml_reading.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -40,31 +40,6 @@ std::vector<SheetEdge> edges_of(const TomlPlace& place, const toml::table& table
   return result;
 }
 
-// `count` numbers in a list.
-std::vector<double> numbers(const TomlPlace& place, const toml::node& node, const char* what,
-                            std::size_t count, double least, const char* wanted) {
-  std::vector<double> values;
-  const toml::array& entries = list(place, node, what, wanted);
-  if (entries.size() != count) place.fail(node, what, "a list of " + std::to_string(entries.size()), wanted);
-  for (const toml::node& entry : entries) values.push_back(number(place, entry, what, least, wanted));
-  return values;
-}
-
-std::array<int, 2> elements_of(const TomlPlace& place, const toml::node& node) {
-  const char* wanted = "two whole numbers from 1 to 1000";
-  const toml::array& entries = list(place, node, "elements", wanted);
-  if (entries.size() != 2)
-    place.fail(node, "elements", "a list of " + std::to_string(entries.size()), wanted);
-  std::array<int, 2> elements{};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const auto value = entries[i].value_exact<std::int64_t>();
-    if (!value || *value < 1 || *value > 1000)
-      place.fail(entries[i], "elements", kind_of(entries[i]), wanted);
-    elements[i] = static_cast<int>(*value);
-  }
-  return elements;
-}
-
 MembraneForce tension_of(const TomlPlace& place, const toml::node& node) {
   const char* wanted = "a pull along the width and one along the height [N/m], or one for both";
   constexpr double any = -1e15;
@@ -93,17 +68,7 @@ Sheet sheet_of(const TomlPlace& place, const toml::table& table) {
              {"width", "height", "thickness", "youngs_modulus", "poisson_ratio", "density", "elements",
               "clamp", "pin", "points", "tension", "cloth", "corner", "heading"});
   Sheet sheet;
-  const auto above_zero = [&](const char* key, double least, const char* wanted) {
-    return number(place, needed(place, table, key, "sheet"), key, least, wanted);
-  };
-  sheet.width = above_zero("width", 1e-9, "a number above 0 [m]");
-  sheet.height = above_zero("height", 1e-9, "a number above 0 [m]");
-  sheet.thickness = above_zero("thickness", 1e-9, "a number above 0 [m]");
-  sheet.youngs_modulus = above_zero("youngs_modulus", 1e-15, "a number above 0 [Pa]");
-  sheet.density = above_zero("density", 1e-15, "a number above 0 [kg/m^3]");
-  if (const toml::node* node = table.get("poisson_ratio"))
-    sheet.poisson_ratio = number(place, *node, "poisson_ratio", -1, "a number above -1 and up to 0.5");
-  if (const toml::node* node = table.get("elements")) sheet.elements = elements_of(place, *node);
+  read_plate(place, table, "sheet", sheet);
   sheet.clamped = edges_of(place, table, "clamp");
   sheet.pinned = edges_of(place, table, "pin");
   if (const toml::node* node = table.get("points")) {

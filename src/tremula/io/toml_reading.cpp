@@ -71,6 +71,15 @@ std::string text(const TomlPlace& place, const toml::node& node, const std::stri
   return node.as_string()->get();
 }
 
+std::vector<double> numbers(const TomlPlace& place, const toml::node& node, const char* what,
+                            std::size_t count, double least, const char* wanted) {
+  std::vector<double> values;
+  const toml::array& entries = list(place, node, what, wanted);
+  if (entries.size() != count) place.fail(node, what, "a list of " + std::to_string(entries.size()), wanted);
+  for (const toml::node& entry : entries) values.push_back(number(place, entry, what, least, wanted));
+  return values;
+}
+
 const toml::array& list(const TomlPlace& place, const toml::node& node, const char* what,
                         const char* wanted) {
   if (!node.is_array()) place.fail(node, what, kind_of(node), wanted);

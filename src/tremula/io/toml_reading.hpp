@@ -6,6 +6,7 @@
 
 #include <initializer_list>
 #include <string>
+#include <vector>
 
 #include <toml++/toml.h>
 
@@ -30,6 +31,9 @@ void check_keys(const TomlPlace& place, const toml::table& table, const std::str
                 std::initializer_list<const char*> known);
 double number(const TomlPlace& place, const toml::node& node, const std::string& what, double least,
               const std::string& wanted);
+// `count` numbers in a list.
+std::vector<double> numbers(const TomlPlace& place, const toml::node& node, const char* what,
+                            std::size_t count, double least, const char* wanted);
 std::string text(const TomlPlace& place, const toml::node& node, const std::string& what,
                  const std::string& wanted);
 // Of these two only the place and the node are references: GCC 14 takes what returns one for a part of any

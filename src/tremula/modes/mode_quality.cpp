@@ -4,6 +4,7 @@
 #include "tremula/geometry/axes.hpp"
 
 #include <algorithm>
+#include <numbers>
 
 #include <tbb/parallel_for.h>
 
@@ -11,7 +12,8 @@ namespace tremula {
 namespace {
 
 EnergyShares energy_shares(const Structure& structure, const std::vector<Compliance>& compliances,
-                           const Eigen::Ref<const Eigen::VectorXd>& shape, const std::vector<bool>& trunk) {
+                           const Eigen::Ref<const Eigen::VectorXd>& shape, double omega,
+                           const std::vector<bool>& trunk) {
   EnergyShares energy{};
   for (std::size_t k = 0; k < structure.members.size(); ++k) {
     const Member& member = structure.members[k];
@@ -30,7 +32,11 @@ EnergyShares energy_shares(const Structure& structure, const std::vector<Complia
         across.squaredNorm() / c.deflection + slope_left.squaredNorm() / c.slope_held;
   }
   if (structure.sheet) return {0, 1, 0, 0};
-  const double sum = energy.trunk + energy.branch + energy.torsion + energy.axial;
+  double sum = energy.trunk + energy.branch + energy.torsion + energy.axial;
+  if (!structure.panels.empty()) {  // they have what the members have not of q^T K q
+    energy.branch += std::max(0.0, omega * omega - sum);
+    sum = std::max(sum, omega * omega);
+  }
   return {energy.trunk / sum, energy.branch / sum, energy.torsion / sum, energy.axial / sum};
 }
 
@@ -87,7 +93,8 @@ ModeQuality assess_modes(const Structure& structure, const Modes& modes, const s
   quality.kind.resize(count);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t r) {
     quality.energy[r] =
-        energy_shares(structure, compliances, modes.shapes.col(static_cast<Eigen::Index>(r)), trunk);
+        energy_shares(structure, compliances, modes.shapes.col(static_cast<Eigen::Index>(r)),
+                      2 * std::numbers::pi * modes.frequency[static_cast<Eigen::Index>(r)], trunk);
     quality.kind[r] = kind_of(quality.energy[r], has_trunk);
   });
   return quality;

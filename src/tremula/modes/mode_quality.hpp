@@ -25,7 +25,7 @@ std::string_view name_of(ModeKind kind);
 // Shares of the elastic energy e^T C^-1 e / 2, with e the displacement of a branch's end relative to its
 // rigidly carried start. They add up to 1. By Rayleigh's principle each is also the relative change of
 // omega^2 with that stiffness: torsion = d ln omega^2 / d ln G. A sheet has no members: all of it counts as
-// bending.
+// bending, as does that of panels.
 struct EnergyShares {
   double trunk;    // bending of the trunk; 0 where there is none
   double branch;   // bending of all other members

@@ -38,12 +38,17 @@ void check_elements(const Frame& frame) {
         throw InputError(place, "radius " + std::to_string(radius) + " m", "a number above 0");
       }
     }
+    if (!(element.wall > 0 && element.wall <= 1)) {
+      throw InputError(place, "a wall of " + std::to_string(element.wall) + " of the radius",
+                       "above 0, and no thicker than the radius (1: solid)");
+    }
     try {
       check_material(element.material);
     } catch (const InputError& error) {
       throw InputError(place + ": " + error.what());
     }
   }
+  for (std::size_t i = 0; i < frame.panels.size(); ++i) check_panel(frame.panels[i], i, frame.nodes);
   for (const FramePointMass& point : frame.masses) {
     check_node(frame, "frame point mass", point.node);
     if (!std::isfinite(point.mass) || point.mass < 0) {
@@ -63,6 +68,13 @@ void check_connected(const Frame& frame) {
     neighbours[index_of(element.start_node)].push_back(element.end_node);
     neighbours[index_of(element.end_node)].push_back(element.start_node);
   }
+  for (const Panel& panel : frame.panels) {
+    const int first = panel.fixed.front().node;
+    for (const PanelFixing& fixing : panel.fixed) {
+      neighbours[index_of(first)].push_back(fixing.node);
+      neighbours[index_of(fixing.node)].push_back(first);
+    }
+  }
   std::vector<char> reached(frame.nodes.size(), 0);
   std::vector<int> waiting = frame.clamped;
   while (!waiting.empty()) {
@@ -78,6 +90,23 @@ void check_connected(const Frame& frame) {
                        "a frame that cannot float away");
     }
   }
+}
+
+// Its free nodes get the rows from `size` on.
+PlacedPanel place_panel(const Panel& panel, const Frame& frame, const std::vector<int>& row, int& size) {
+  PlacedPanel placed{panel.sheet, {}};
+  const std::vector<int> fixed = fixed_nodes(panel);
+  for (std::size_t i = 0; i < fixed.size(); ++i) {
+    const int node = fixed[i];
+    if (node < 0) {
+      placed.nodes.push_back({size, Vec3::Zero(), -1});
+      size += 6;
+    } else {
+      const Vec3 place = panel.sheet.position(panel.sheet.place(static_cast<int>(i)));
+      placed.nodes.push_back({row[index_of(node)], place - frame.nodes[index_of(node)], node});
+    }
+  }
+  return placed;
 }
 
 }  // namespace
@@ -98,6 +127,8 @@ FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
     row = size;
     size += 6;
   }
+  for (const Panel& panel : frame.panels)
+    matrices.panels.push_back(place_panel(panel, frame, matrices.row, size));
   if (size == 0) throw InputError("frame", "all nodes are clamped", "at least one that is free");
 
   std::vector<Eigen::Triplet<double>> stiffness, mass;
@@ -107,6 +138,7 @@ FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
     branch.end = frame.nodes[index_of(element.end_node)];
     branch.start_radius = element.start_radius;
     branch.end_radius = element.end_radius;
+    branch.wall = element.wall;
     const Vec3 reach = branch.end - branch.start, direction = reach.normalized();
     const Beam beam = make_beam(branch, element.material, options.section);
     const int start = matrices.row[index_of(element.start_node)],
@@ -124,6 +156,10 @@ FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
     const int row = matrices.row[index_of(point.node)];
     for (int i = 0; row >= 0 && i < 3; ++i) mass.emplace_back(row + i, row + i, point.mass);
   }
+  for (const PlacedPanel& panel : matrices.panels) {
+    add_panel(panel, panel_stiffness(panel.sheet), stiffness);
+    add_panel(panel, panel_mass(panel.sheet), mass);
+  }
   for (auto* matrix : {&matrices.stiffness, &matrices.mass}) matrix->resize(size, size);
   matrices.stiffness.setFromTriplets(stiffness.begin(), stiffness.end());
   matrices.mass.setFromTriplets(mass.begin(), mass.end());
@@ -133,7 +169,10 @@ FrameMatrices assemble_frame(const Frame& frame, const FrameOptions& options) {
 int free_rows(const Frame& frame) {
   std::vector<char> held(frame.nodes.size(), 0);
   for (const int node : frame.clamped) held[index_of(node)] = 1;
-  return 6 * static_cast<int>(std::count(held.begin(), held.end(), 0));
+  auto free = std::count(held.begin(), held.end(), 0);
+  for (const Panel& panel : frame.panels)
+    free += panel.sheet.node_count() - static_cast<std::ptrdiff_t>(panel.fixed.size());
+  return 6 * static_cast<int>(free);
 }
 
 Skeleton outline_of(const Frame& frame) {
@@ -159,6 +198,7 @@ Skeleton outline_of(const Frame& frame) {
     branch.end = frame.nodes[index_of(element.end_node)];
     branch.start_radius = element.start_radius;
     branch.end_radius = element.end_radius;
+    branch.wall = element.wall;
     outline.branches.push_back(branch);
   }
   return outline;

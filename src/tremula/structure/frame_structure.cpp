@@ -1,9 +1,12 @@
 // A frame as a structure: K = P^T L L^T P by sparse Cholesky.
 #include "tremula/structure/element_blocks.hpp"
+#include "tremula/structure/plate_sites.hpp"
 #include "tremula/structure/sparse_pivots.hpp"
 #include "tremula/structure/structure.hpp"
 
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/SparseCholesky>
@@ -60,7 +63,25 @@ GroundInertia ground_inertia(const FrameMatrices& matrices, const Frame& frame, 
   }
   for (const FramePointMass& point : frame.masses)
     add(matrices.row[static_cast<std::size_t>(point.node)], point.mass * translation);
+  for (const PlacedPanel& panel : matrices.panels) {
+    const Sheet& sheet = panel.sheet;
+    result.total_mass += sheet.density * sheet.thickness * sheet.width * sheet.height;
+    add_ground_inertia(panel, result.forces);
+  }
   return result;
+}
+
+// Those of the frame, and those of the panels that have rows of their own.
+std::vector<Node> nodes_of(const Frame& frame, const FrameMatrices& matrices) {
+  std::vector<Node> nodes;
+  for (std::size_t i = 0; i < frame.nodes.size(); ++i) nodes.push_back({frame.nodes[i], matrices.row[i], -1});
+  for (const PlacedPanel& panel : matrices.panels) {
+    for (std::size_t i = 0; i < panel.nodes.size(); ++i) {
+      if (panel.nodes[i].fixed_to < 0)
+        nodes.push_back({panel.sheet.position(panel.sheet.place(static_cast<int>(i))), panel.nodes[i].row});
+    }
+  }
+  return nodes;
 }
 
 }  // namespace
@@ -70,12 +91,13 @@ Structure assemble(const Frame& frame, const FrameOptions& options) {
   const auto cholesky = std::make_shared<const Cholesky>(matrices->stiffness);
   if (cholesky->info() != Eigen::Success)
     throw InputError("frame", "beams so slender that rounding takes all of their stiffness",
-                     "thicker or shorter ones, the radius a millionth of the length or more");
+                     std::string("thicker or shorter ones, the radius a millionth of the length or more") +
+                         (frame.panels.empty() ? "" : "; and panels likewise"));
 
   Structure structure;
-  for (std::size_t i = 0; i < frame.nodes.size(); ++i)
-    structure.nodes.push_back({frame.nodes[i], matrices->row[i], -1});
+  structure.nodes = nodes_of(frame, *matrices);
   structure.members = matrices->members;
+  structure.panels = matrices->panels;
   structure.mass = [matrices](const Eigen::VectorXd& displacement) -> Eigen::VectorXd {
     check_equal("rows of the displacement", displacement.size(), matrices->size());
     return matrices->mass * displacement;
@@ -92,7 +114,11 @@ Structure assemble(const Frame& frame, const FrameOptions& options) {
             return std::vector<int>{frame_problem(matrices, cholesky).count_below(omega)};
           },
       .rows_explained = "six for each free node"};
-  structure.find_sites = [matrices] { return find_sites(matrices->members, matrices, {}, matrices->size()); };
+  structure.find_sites = [matrices] {
+    Sites sites = find_sites(matrices->members, matrices, {}, matrices->size());
+    return matrices->panels.empty() ? sites
+                                    : join(std::move(sites), find_sites(matrices->panels, matrices->size()));
+  };
   structure.find_ground_inertia = [matrices, frame, options] {
     return ground_inertia(*matrices, frame, options);
   };

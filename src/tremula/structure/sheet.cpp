@@ -3,6 +3,7 @@
 #include "tremula/base/error.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/numerics/quadrature.hpp"
+#include "tremula/structure/membrane_element.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -70,34 +71,6 @@ std::vector<Hold> holds_of(const Sheet& sheet) {
   return holds;
 }
 
-// The corners of an element in the order of plate_element.hpp.
-std::array<int, 4> corners_of(const Sheet& sheet, int column, int row) {
-  return {sheet.node(column, row), sheet.node(column + 1, row), sheet.node(column + 1, row + 1),
-          sheet.node(column, row + 1)};
-}
-
-PlateElement element_of(const Sheet& sheet) {
-  return {sheet.width / sheet.elements[0], sheet.height / sheet.elements[1]};
-}
-
-// Plane stress of a bilinear rectangle over (u, v) of its corners: strains are the matrix times these.
-Eigen::Matrix<double, 3, 8> plane_strains(const PlateElement& element, double s, double t) {
-  const double sx[] = {-(1 - t), 1 - t, t, -t}, sy[] = {-(1 - s), -s, s, 1 - s};
-  Eigen::Matrix<double, 3, 8> strains = Eigen::Matrix<double, 3, 8>::Zero();
-  for (int i = 0; i < 4; ++i) {
-    const double x = sx[i] / element.width, y = sy[i] / element.height;
-    strains.block<3, 2>(0, 2 * i) << x, 0, 0, y, y, x;
-  }
-  return strains;
-}
-
-Mat3 plane_stiffness(const Sheet& sheet) {
-  const double nu = sheet.poisson_ratio;
-  Mat3 elastic;
-  elastic << 1, nu, 0, nu, 1, 0, 0, 0, (1 - nu) / 2;
-  return elastic / (1 - nu * nu);  // per E h: the forces do not depend on it
-}
-
 Eigen::VectorXd plane_displacements(const Sheet& sheet, const Eigen::Vector2d& load) {
   const std::vector<Hold> holds = holds_of(sheet);
   std::vector<int> row(holds.size(), -1);
@@ -114,11 +87,11 @@ Eigen::VectorXd plane_displacements(const Sheet& sheet, const Eigen::Vector2d& l
                      "two or more, an edge, or gravity 0");
   }
   const PlateElement element = element_of(sheet);
-  const Mat3 elastic = plane_stiffness(sheet);
+  const Mat3 elastic = plane_stress(sheet.poisson_ratio);  // per E h: the forces do not depend on it
   Eigen::Matrix<double, 8, 8> stiffness = Eigen::Matrix<double, 8, 8>::Zero();
   for (const QuadraturePoint& along : gauss_legendre(2)) {
     for (const QuadraturePoint& up : gauss_legendre(2)) {
-      const auto strains = plane_strains(element, along.position, up.position);
+      const auto strains = membrane_strains(element, along.position, up.position);
       stiffness +=
           along.weight * up.weight * element.width * element.height * strains.transpose() * elastic * strains;
     }
@@ -181,6 +154,15 @@ std::array<int, 12> unknowns_of(const SheetMatrices& matrices, const std::array<
 
 }  // namespace
 
+std::array<int, 4> corners_of(const Sheet& sheet, int column, int row) {
+  return {sheet.node(column, row), sheet.node(column + 1, row), sheet.node(column + 1, row + 1),
+          sheet.node(column, row + 1)};
+}
+
+PlateElement element_of(const Sheet& sheet) {
+  return {sheet.width / sheet.elements[0], sheet.height / sheet.elements[1]};
+}
+
 Eigen::Vector2d Sheet::place(int node) const {
   const int across = elements[0] + 1;
   return {width * (node % across) / elements[0], height * (node / across) / elements[1]};
@@ -227,7 +209,7 @@ std::vector<MembraneForce> membrane_forces(const Sheet& sheet, const SheetOption
   if (!load.isZero(0)) {
     const Eigen::VectorXd displacement = plane_displacements(sheet, load);
     const Eigen::Matrix<double, 3, 8> at_centre =
-        plane_stiffness(sheet) * plane_strains(element_of(sheet), 0.5, 0.5);
+        plane_stress(sheet.poisson_ratio) * membrane_strains(element_of(sheet), 0.5, 0.5);
     for (int j = 0; j < sheet.elements[1]; ++j) {
       for (int i = 0; i < sheet.elements[0]; ++i) {
         const std::array<int, 4> corners = corners_of(sheet, i, j);
@@ -297,7 +279,7 @@ SheetPlace place_on(const Sheet& sheet, const Eigen::Vector2d& place) {
   };
   const auto [i, s] = split(place[0] / sheet.width, sheet.elements[0]);
   const auto [j, t] = split(place[1] / sheet.height, sheet.elements[1]);
-  return {corners_of(sheet, i, j), plate_shape_at(element_of(sheet), s, t)};
+  return {corners_of(sheet, i, j), plate_shape_at(element_of(sheet), s, t), corner_shares(s, t)};
 }
 
 SheetPoint sheet_point(const Sheet& sheet, const SheetMatrices& matrices, const Eigen::Vector2d& place) {

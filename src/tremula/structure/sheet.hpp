@@ -67,6 +67,10 @@ struct SheetMatrices {
 // none, points beyond the sheet. Whether it is held is not asked.
 void check_sheet(const Sheet& sheet);
 
+// The elements, all alike, and the corners of one in the order of plate_element.hpp.
+PlateElement element_of(const Sheet& sheet);
+std::array<int, 4> corners_of(const Sheet& sheet, int column, int row);
+
 // The forces in its plane: the tension given, and weight and pull by plane stress (bilinear elements) with
 // all that is clamped or pinned held in the plane, too. Of a sheet that wrinkles, principal forces below 0
 // count as 0. Of each element, at its centre. Throws InputError where weight pulls in its plane and too
@@ -81,6 +85,7 @@ SheetMatrices assemble_sheet(const Sheet& sheet, const SheetOptions& options = {
 struct SheetPlace {
   std::array<int, 4> nodes;
   PlateShape shape;
+  Eigen::Vector4d share;  // of the corners, for what is bilinear
 };
 SheetPlace place_on(const Sheet& sheet, const Eigen::Vector2d& place);
 

@@ -1,5 +1,6 @@
 // A sheet as a structure: K by sparse Cholesky, M with what the fluid adds, and six rows a node of which the
 // sheet moves three at most.
+#include "tremula/structure/plate_sites.hpp"
 #include "tremula/structure/sheet.hpp"
 #include "tremula/structure/sparse_pivots.hpp"
 #include "tremula/structure/still_fluid.hpp"
@@ -18,7 +19,6 @@
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/base/number_text.hpp"
-#include "tremula/numerics/quadrature.hpp"
 
 namespace tremula {
 namespace {
@@ -223,30 +223,15 @@ EigenProblem sheet_problem(const Body& body) {
               }};
 }
 
-// One point an element, in its middle, and four sites, at the Gauss points: an even force makes no moments on
-// a free edge then, to which cloth would have nothing to oppose.
 Sites sheet_sites(const Body& body) {
   const Sheet& sheet = body->sheet;
-  const auto [across, up] = sheet.elements;
   const auto points = std::make_shared<std::vector<SheetPoint>>();
+  PlateSites laid = lay_sites(sheet);
   Sites result;
-  result.points.resize(3, across * up);
-  const double width = sheet.width / across, height = sheet.height / up;
-  const std::vector<QuadraturePoint> quadrature = gauss_legendre(2);
-  for (int j = 0; j < up; ++j) {
-    for (int i = 0; i < across; ++i) {
-      const int point = j * across + i;
-      result.points.col(point) = sheet.position({width * (i + 0.5), height * (j + 0.5)});
-      for (const QuadraturePoint& s : quadrature) {
-        for (const QuadraturePoint& t : quadrature) {
-          const Eigen::Vector2d place(width * (i + s.position), height * (j + t.position));
-          points->push_back(sheet_point(sheet, body->matrices, place));
-          result.sites.push_back(
-              {point, SiteKind::plate, sheet.normal(), s.weight * t.weight * width * height, 0, 0});
-        }
-      }
-    }
-  }
+  result.points = std::move(laid.points);
+  result.sites = std::move(laid.sites);
+  for (const Eigen::Vector2d& place : laid.places)
+    points->push_back(sheet_point(sheet, body->matrices, place));
   const Vec3 normal = sheet.normal();
   // The products of the shapes at a site with the unknowns, as vectors along the directions.
   const auto told = [body, points](std::size_t first, std::size_t last,

@@ -68,7 +68,44 @@ Eigen::VectorXd gathered(const BeamSites& beams, const Eigen::Matrix3Xd& forces)
   return total;
 }
 
+// What two parts say of sites first … last - 1, of which the first part has `split`.
+template <class Told>
+Eigen::MatrixXd told_by_both(const Told& one, const Told& other, std::size_t split, std::size_t first,
+                             std::size_t last, Eigen::Ref<const Eigen::MatrixXd> displacements) {
+  if (last <= split) return one(first, last, displacements);
+  if (first >= split) return other(first - split, last - split, displacements);
+  Eigen::MatrixXd both(3 * static_cast<Eigen::Index>(last - first), displacements.cols());
+  both << one(first, split, displacements), other(0, last - split, displacements);
+  return both;
+}
+
 }  // namespace
+
+Sites join(Sites first, Sites second) {
+  Sites result;
+  const std::size_t split = first.sites.size();
+  result.points.resize(3, first.point_count() + second.point_count());
+  result.points << first.points, second.points;
+  result.sites = std::move(first.sites);
+  for (Site& site : second.sites) {
+    site.point += static_cast<int>(first.point_count());
+    result.sites.push_back(site);
+  }
+  const auto told = [split](auto one, auto other) {
+    return [split, one = std::move(one), other = std::move(other)](
+               std::size_t begin, std::size_t end, Eigen::Ref<const Eigen::MatrixXd> displacements) {
+      return told_by_both(one, other, split, begin, end, displacements);
+    };
+  };
+  result.motion = told(std::move(first.motion), std::move(second.motion));
+  result.turning = told(std::move(first.turning), std::move(second.turning));
+  result.gather = [split, one = std::move(first.gather),
+                   other = std::move(second.gather)](const Eigen::Matrix3Xd& forces) -> Eigen::VectorXd {
+    const auto own = static_cast<Eigen::Index>(split);
+    return one(forces.leftCols(own)) + other(forces.rightCols(forces.cols() - own));
+  };
+  return result;
+}
 
 std::vector<SiteBlock> cut_between_points(const Sites& sites) {
   constexpr std::size_t sites_together = 2048;

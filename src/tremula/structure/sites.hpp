@@ -47,6 +47,9 @@ struct Sites {
   Eigen::Index point_count() const { return points.cols(); }
 };
 
+// Those of two parts of one structure, with their points one after the other.
+Sites join(Sites first, Sites second);
+
 // Sites first … last - 1.
 struct SiteBlock {
   std::size_t first, last;

@@ -14,6 +14,13 @@ double ground_height(const Structure& structure) {
   return lowest;
 }
 
+std::vector<PlacedPanel> flat_parts(const Structure& structure) {
+  if (!structure.sheet) return {structure.panels.begin(), structure.panels.end()};
+  PlacedPanel sheet{*structure.sheet, {}};
+  for (const Node& node : structure.nodes) sheet.nodes.push_back({node.row});
+  return {sheet};
+}
+
 Vec6 node_displacement(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
                        std::size_t node) {
   const Node& self = structure.nodes[node];

@@ -9,6 +9,7 @@
 #include "tremula/structure/frame.hpp"
 #include "tremula/structure/load_margin.hpp"
 #include "tremula/structure/member.hpp"
+#include "tremula/structure/panel.hpp"
 #include "tremula/structure/prestress.hpp"
 #include "tremula/structure/sheet.hpp"
 #include "tremula/structure/sites.hpp"
@@ -52,7 +53,8 @@ struct Structure {
   std::shared_ptr<const BeamTree>
       tree;               // what bends as far as one likes (bent_tree.hpp); null for frames and sheets
   DeadLoads weight = {};  // that a tree stands under; empty: none
-  std::shared_ptr<const Sheet> sheet = {};  // what is flat; null for trees and frames
+  std::shared_ptr<const Sheet> sheet = {};   // what is flat; null for trees and frames
+  std::span<const PlacedPanel> panels = {};  // of a frame; kept by the functions above
 
   Eigen::Index size() const { return row_count; }
 };
@@ -63,8 +65,9 @@ struct Structure {
 // stiffness that would.
 Structure assemble(const Skeleton& skeleton, const StructureOptions& options);
 
-// Nodes and members are those of the frame; it counts as one part, even where it stands in several. Throws as
-// assemble_frame does, and InputError where the stiffness is not positive definite to working precision.
+// Nodes and members are those of the frame, and then the nodes of its panels that are fixed to none of them;
+// it counts as one part, even where it stands in several. Throws as assemble_frame does, and InputError where
+// the stiffness is not positive definite to working precision.
 Structure assemble(const Frame& frame, const FrameOptions& options = {});
 
 // Nodes are those of the sheet, row by row from the bottom; it has no members. The load margin is that of its
@@ -84,6 +87,9 @@ Sites bent_sites(const Structure& structure, const std::vector<BentBranch>& bent
 
 // The height of the lowest node that the ground holds [m]. Sheets are held by other things: 0.
 double ground_height(const Structure& structure);
+
+// What is flat in a structure: its panels, or a sheet as one of which all nodes have their rows, or none.
+std::vector<PlacedPanel> flat_parts(const Structure& structure);
 
 // Where a node has gone: translation and rotation, zero where it is held and rigid.
 Vec6 node_displacement(const Structure& structure, Eigen::Ref<const Eigen::VectorXd> displacement,
