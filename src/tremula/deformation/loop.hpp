@@ -26,6 +26,7 @@ struct LoopFacts {
   double wind_speed = 0;          // mean, at its reference height [m/s]
   double heading = 0;             // of the mean wind, from x towards y [degrees]
   std::uint64_t seed = 0;
+  bool under_water = false;  // the wind is then a current
 };
 
 // Where a copy of what moves stands, and when: it shows at time t what the loop has at t + time_shift,
