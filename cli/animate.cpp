@@ -211,6 +211,28 @@ void WarningLog::add(const std::vector<std::string>& more) {
   }
 }
 
+// A plant that lives in water has the wind over it: that makes waves, and drifts the water besides the
+// current that there is anyway. Any other may be put into a current.
+void AnimateCommand::settle_in(const Habitat& habitat, const CLI::App& flags) {
+  structure.settle_in(habitat);
+  if (habitat.in_water && structure.medium == "water") {
+    under_water = habitat;
+    if (water_depth) under_water->water_depth = *water_depth;
+    wind_over_water = wind_flags.speed;
+    wind_flags.speed = current_under(wind_over_water);
+    if (flags.count("--reference-height") == 0) wind_flags.reference_height = under_water->water_depth;
+  } else if (current) {
+    if (flags.count("--wind-speed") > 0)
+      throw InputError("--current", "given with --wind-speed",
+                       "one of them, but for plants that live in water");
+    wind_flags.speed = *current;
+  }
+}
+
+double AnimateCommand::current_under(double wind_speed) const {
+  return current.value_or(under_water->current + wind_drift * wind_speed);
+}
+
 ChosenWind AnimateCommand::chosen_wind() const {
   if (wind == "turbulent") {
     const TurbulentWind turbulent = wind_flags.wind();
@@ -246,7 +268,7 @@ ChosenWind AnimateCommand::chosen_wind() const {
 // The same but for its speed.
 ChosenWind AnimateCommand::wind_of(const NamedWind& clip) const {
   AnimateCommand other = *this;
-  other.wind_flags.speed = clip.wind_speed;
+  other.wind_flags.speed = under_water ? current_under(clip.wind_speed) : clip.wind_speed;
   return other.chosen_wind();
 }
 
@@ -264,7 +286,13 @@ StamWind AnimateCommand::stam_wind() const {
   return stam;
 }
 
-std::optional<Waves> AnimateCommand::chosen_waves() const {
+std::optional<Waves> AnimateCommand::chosen_waves(double wind_speed) const {
+  if (waves.empty() && under_water && wind_speed > 0 && loads.model != "paper") {
+    Waves sea = wind_waves(wind_speed, under_water->water_depth);
+    sea.heading = wind_flags.heading;
+    sea.seed = wind_flags.seed;
+    return sea;
+  }
   if (waves.empty()) return {};
   Waves sea{.water_depth = 0, .heading = wind_flags.heading, .seed = wind_flags.seed};
   const char *begin = waves.data(), *end = begin + waves.size();
@@ -275,8 +303,8 @@ std::optional<Waves> AnimateCommand::chosen_waves() const {
     throw InputError("--waves", "'" + waves + "'",
                      "a significant height [m] and a peak period [s], such as 0.5:4");
   }
-  if (water_depth) {
-    sea.water_depth = *water_depth;
+  if (water_depth || under_water) {
+    sea.water_depth = under_water ? under_water->water_depth : *water_depth;
     check_waves(sea);
   }
   return sea;
@@ -430,7 +458,8 @@ std::vector<Motion> AnimateCommand::move_in_others(const Subject& subject, const
   for (std::size_t i = 1; i < clips.size(); ++i) {
     Weather conditions = first;
     conditions.wind = wind_of(clips[i]).wind;
-    if (sea) conditions.wind = add_waves(conditions.wind, *sea);
+    const std::optional<Waves> own = waves.empty() ? chosen_waves(clips[i].wind_speed) : sea;
+    if (own) conditions.wind = add_waves(conditions.wind, *own);
     conditions.most_strained = 0;
     Subject again = subject;
     Motion motion = move_in_wind(again, conditions, false, progress, log, warnings).motion;
@@ -444,7 +473,8 @@ LoopFacts AnimateCommand::loop_facts(const Plant& plant, const ReferenceWind& re
           .frames_per_second = frames_per_second,
           .wind_speed = reference.speed,
           .heading = reference.heading,
-          .seed = wind_flags.seed};
+          .seed = wind_flags.seed,
+          .under_water = structure.medium == "water"};
 }
 
 std::vector<Gauge> AnimateCommand::placed_gauges(const Plant& plant) const {
@@ -505,7 +535,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   const std::vector<NamedWind> clips = parse_clips(clip_texts);
   const ChosenWind blowing = clips.empty() ? chosen_wind() : wind_of(clips[0]);
   Weather conditions = weather(blowing.wind);
-  std::optional<Waves> sea = chosen_waves();
+  std::optional<Waves> sea = chosen_waves(clips.empty() ? wind_over_water : clips[0].wind_speed);
   const std::vector<int> poses = picked_frames(conditions.loop.sample_count);
   LoopWriteOptions write_options{
       .frames = poses, .morphs = morph_forms.at(morphs), .compression = compressions.at(compression)};
@@ -519,7 +549,7 @@ void AnimateCommand::run(const CLI::App& flags) const {
   if (sea) {
     if (!water_depth && plant.sheet)
       throw InputError("--waves", "given with a sheet", "--water-depth with it");
-    if (!water_depth) sea->water_depth = 1.25 * height_of(plant.imported.skeleton);
+    if (!water_depth && !under_water) sea->water_depth = 1.25 * height_of(plant.imported.skeleton);
     conditions.wind = add_waves(conditions.wind, *sea);
   }
   conditions.gauges = placed_gauges(plant);

@@ -84,7 +84,9 @@ struct AnimateCommand {
   WindFlags wind_flags;
   std::string wind = "turbulent", transfer = "bin-averaged";
   std::string waves;                                           // significant height and peak period
-  std::optional<double> water_depth;                           // [m]
+  std::optional<double> water_depth, current;                  // [m, m/s]
+  std::optional<Habitat> under_water = {};                     // of a plant that lives there, and is
+  double wind_over_water = 0;                                  // [m/s]
   std::optional<double> correlation_time, correlation_length;  // of StamWind
   double period = 20, frames_per_second = 30, damping_ratio = 0.05;
   std::optional<double> mass_damping, stiffness_damping, decay_time;
@@ -108,10 +110,12 @@ struct AnimateCommand {
     return !mass_damping && !stiffness_damping && !decay_time && mode_damping.empty();
   }
   bool is_field() const { return lower_extension(wind) == ".bts"; }
+  void settle_in(const Habitat& habitat, const CLI::App& flags);
+  double current_under(double wind_speed) const;
   ChosenWind chosen_wind() const;
   ChosenWind wind_of(const NamedWind& clip) const;
   StamWind stam_wind() const;
-  std::optional<Waves> chosen_waves() const;
+  std::optional<Waves> chosen_waves(double wind_speed) const;
   Weather weather(const Wind& blowing) const;
   std::vector<int> picked_frames(int sample_count) const;
   std::vector<const LoopWriter*> output_writers() const;

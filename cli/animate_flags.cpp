@@ -77,8 +77,13 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        with_wind,
        "--wind stam or stam-printed, whose filter it sets",
        {"--correlation-time", "--correlation-length"}},
-      {structure.medium != "water", "given with --medium air", "--medium water", {"--waves"}},
-      {waves.empty(), "given without --waves", "--waves HEIGHT:PERIOD", {"--water-depth"}},
+      {structure.medium != "water", "given with --medium air", "--medium water", {"--waves", "--current"}},
+      {waves.empty() && !under_water, "given without --waves", "--waves HEIGHT:PERIOD", {"--water-depth"}},
+      {under_water && current && !waves.empty(),
+       "given with --current and --waves, which are what it makes",
+       "two of them at most",
+       {"--wind-speed"}},
+      {is_field(), with_wind, "--wind turbulent: a field has a current of its own", {"--current"}},
       {loads.model == "paper",
        "given with --loads paper, which knows no statistics of the flow",
        "--loads stochastic",
@@ -133,9 +138,10 @@ bool AnimateCommand::on_bones(const CLI::App& flags, const Plant& plant) const {
 void add_animate(CLI::App& app) {
   auto command = std::make_shared<AnimateCommand>();
   CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
-  sub.add_option("INPUT", command->input,
-                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame or "
-                 "a sheet (.toml), or a preset: a plant, or flag, banner, curtain, sail, sign")
+  sub.add_option(
+         "INPUT", command->input,
+         "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame or "
+         "a sheet (.toml), or a preset: a plant, on land or in water, or flag, banner, curtain, sail, sign")
       ->required();
   sub.add_option(
       "-o,--output", command->outputs,
@@ -206,12 +212,19 @@ void add_animate(CLI::App& app) {
       ->default_str("4")
       ->group(wind);
 
-  sub.add_option("--waves", command->waves,
-                 "Waves over the plant, in --medium water: significant height [m] and peak period [s], as in "
-                 "0.5:4. They run where the current goes")
+  sub.add_option(
+         "--current", command->current,
+         "Speed of the current, in water [m/s]. Kelp, seagrass and algae have --wind-speed for the wind "
+         "over the water, which makes waves, and a current of their own and 3 % of the wind's if not given")
+      ->group(wind);
+  sub.add_option(
+         "--waves", command->waves,
+         "Waves over the plant, in water: significant height [m] and peak period [s], as in 0.5:4. They "
+         "run where the current goes")
       ->group(wind);
   sub.add_option("--water-depth", command->water_depth,
-                 "Of the water under --waves [m]; otherwise a quarter more than the height of the plant")
+                 "Of the water under waves [m]; otherwise that of the plant (kelp, seagrass, algae), or a "
+                 "quarter more than its height")
       ->group(wind);
 
   const char* motion = "Motion";
@@ -273,11 +286,15 @@ void add_animate(CLI::App& app) {
       "  tremula animate oak -o oak.html -o oak.png --wind-speed 8 --terrain parkland --seed 3\n"
       "  tremula animate oak -o oak.glb --wind measured.bts --period 60\n"
       "  tremula animate flag --wind-speed 8 -o flag.glb\n"
-      "  tremula animate flag --wind-speed 8 -o flag.glb\n"
-      "  tremula animate willow --medium water --wind-speed 0.2 --waves 0.6:5 -o willow.html\n"
+      "  tremula animate kelp --wind-speed 8 -o kelp.glb\n"
+      "  tremula animate seagrass --current 0.3 --waves 0.4:4 -o seagrass.html\n"
+      "  tremula animate willow --medium water --current 0.2 --waves 0.6:5 -o willow.html\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
-  sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
+  sub.callback([command, &sub] {
+    command->settle_in(habitat_of(command->input), sub);
+    command->threads.run([&] { command->run(sub); });
+  });
 }
 
 }  // namespace tremula::cli

@@ -121,6 +121,7 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
   const Eigen::VectorXd& frequency = done.subject.modes.frequency;
   Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
   settings.update(cli::describe(loads));
+  if (under_water) settings["wind_over_water_m_s"] = wind_over_water;
   if (done.sea) {
     settings["waves"] = {{"significant_height_m", done.sea->significant_height},
                          {"peak_period_s", done.sea->peak_period},

@@ -54,7 +54,21 @@ Plant grow_plant(const std::string& name, const std::string& text, const std::st
   return {name, {grown.skeleton, "l-system", {}, {grown.bark_color, grown.leaf_color}}};
 }
 
+const PlantPreset* preset_named(const std::string& name) {
+  const auto found = std::ranges::find(plant_presets(), name, &PlantPreset::name);
+  return found == plant_presets().end() ? nullptr : &*found;
+}
+
 }  // namespace
+
+Habitat habitat_of(const std::string& input) {
+  if (std::filesystem::exists(input)) {
+    if (lower_extension(input) != ".lsys") return {};
+    return habitat_of(parse_lsystem(read_file(input, std::size_t{16} << 20), input));
+  }
+  const PlantPreset* preset = preset_named(input);
+  return preset == nullptr ? Habitat{} : habitat_of(parse_lsystem(preset->text, preset->name));
+}
 
 void ReadFlags::add_to(CLI::App& command) {
   const char* group = "Reading";
@@ -84,13 +98,9 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
   const std::string name = std::filesystem::path(input).stem().string();
   const bool exists = std::filesystem::exists(input);
   if (!exists) {
-    const auto presets = plant_presets();
-    const auto found = std::find_if(presets.begin(), presets.end(),
-                                    [&](const PlantPreset& preset) { return preset.name == input; });
-    if (found != presets.end()) {
+    if (const PlantPreset* preset = preset_named(input)) {
       read.refuse_for(input);
-      return grow_plant(std::string(found->name), std::string(found->text), std::string(found->name),
-                        growth_seed, constants);
+      return grow_plant(preset->name, preset->text, preset->name, growth_seed, constants);
     }
     const auto refuse_growth = [&] {
       read.refuse_for(input);
@@ -109,7 +119,8 @@ Plant open_plant(const std::string& input, const ReadFlags& read, std::optional<
       return {preset.name, {outline_of(preset.frame), "frame", {}, colors}, preset.frame};
     }
     std::string names;
-    for (const PlantPreset& preset : presets) names += (names.empty() ? "" : ", ") + std::string(preset.name);
+    for (const PlantPreset& preset : plant_presets())
+      names += (names.empty() ? "" : ", ") + std::string(preset.name);
     for (const SheetPreset& preset : sheet_presets()) names += ", " + preset.name;
     for (const FramePreset& preset : frame_presets()) names += ", " + preset.name;
     throw InputError(input, "there is no such file or preset",
@@ -224,9 +235,12 @@ void StructureFlags::add_to(CLI::App& command) {
   std::string names;
   for (const Material& preset : material_presets()) names += (names.empty() ? "" : ", ") + preset.name;
   const char* group = "Wood";
-  command.add_option("--material", material, "What the branches are made of: " + names)
-      ->capture_default_str()
-      ->group(group);
+  material_option = command
+                        .add_option("--material", material,
+                                    "What the branches are made of: " + names +
+                                        ". A plant that knows its own (kelp) is made of that")
+                        ->capture_default_str()
+                        ->group(group);
   command.add_option("--youngs-modulus", youngs_modulus, "Young's modulus E along the grain [Pa]")
       ->group(group);
   command.add_option("--shear-modulus", shear_modulus, "Shear modulus G of torsion [Pa]")->group(group);
@@ -239,14 +253,16 @@ void StructureFlags::add_to(CLI::App& command) {
       ->group(group);
   command.add_flag("--no-rotatory-inertia", no_rotatory_inertia, "Leave out the rotatory inertia of bending")
       ->group(group);
-  command
-      .add_option(
-          "--medium", medium,
-          "air, or water: branches carry a cylinder of it with them, and drag is that of water (a current "
-          "is then the wind; try 0.5 m/s). Sheets carry what air or water they move, and none in a vacuum")
-      ->check(CLI::IsMember({"air", "water", "vacuum"}))
-      ->capture_default_str()
-      ->group(group);
+  medium_option =
+      command
+          .add_option(
+              "--medium", medium,
+              "air, or water, in which kelp, seagrass and algae are anyway: branches and blades carry "
+              "some of it with them, and drag is that of water (a current is then the wind; try 0.5 "
+              "m/s). Sheets carry what air or water they move, and none in a vacuum")
+          ->check(CLI::IsMember({"air", "water", "vacuum"}))
+          ->capture_default_str()
+          ->group(group);
   command
       .add_option("--root-rotation-stiffness", root_rotation_stiffness,
                   "Each stem stands on a spring of this rotational stiffness [N m/rad]; otherwise clamped")
@@ -261,14 +277,22 @@ void StructureFlags::add_to(CLI::App& command) {
                   "stands sway more slowly and what hangs faster; 0: none")
       ->capture_default_str()
       ->group(group);
-  command
-      .add_option("--shape", shape,
-                  "loaded: the file has the plant as it stands under its weight, as scans and drawings do; "
-                  "unloaded: as "
-                  "it would be without, and weight bends it first")
-      ->check(CLI::IsMember({"loaded", "unloaded"}))
-      ->capture_default_str()
-      ->group(group);
+  shape_option =
+      command
+          .add_option(
+              "--shape", shape,
+              "loaded: the file has the plant as it stands under its weight, as scans and drawings do; "
+              "unloaded: as it would be without, and weight (or what floats) bends it first, as kelp and "
+              "algae are")
+          ->check(CLI::IsMember({"loaded", "unloaded"}))
+          ->capture_default_str()
+          ->group(group);
+}
+
+void StructureFlags::settle_in(const Habitat& habitat) {
+  if (material_option->count() == 0 && !habitat.material.empty()) material = habitat.material;
+  if (medium_option->count() == 0 && habitat.in_water) medium = "water";
+  if (shape_option->count() == 0 && habitat.drawn_unloaded && gravity > 0) shape = "unloaded";
 }
 
 StructureOptions StructureFlags::options() const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tremula/base/error.hpp"
+#include "tremula/geometry/grow.hpp"
 #include "tremula/io/skeleton_files.hpp"
 #include "tremula/pipeline.hpp"
 #include "tremula/structure/plausibility.hpp"
@@ -32,6 +33,10 @@ struct Plant {
 
 // Throws InputError for a frame or a sheet where only a tree will do: "grow".
 void need_tree(const Plant& plant, const std::string& what);
+
+// Where the plant of an L-system or a preset lives; of anything else nothing is known. Throws as open_plant
+// does where the text is none.
+Habitat habitat_of(const std::string& input);
 
 // How a tree file is meant: --unit, --allow-gaps.
 struct ReadFlags {
@@ -74,7 +79,11 @@ struct StructureFlags {
   std::string shape = "loaded";
   bool no_rotatory_inertia = false;
 
+  CLI::Option *material_option = nullptr, *medium_option = nullptr, *shape_option = nullptr;
+
   void add_to(CLI::App& command);
+  // Takes from where a plant lives what was not given.
+  void settle_in(const Habitat& habitat);
   StructureOptions options() const;
   // Throws InputError for flags that a frame takes no notice of.
   FrameOptions frame_options(const std::string& input) const;

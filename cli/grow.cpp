@@ -48,9 +48,14 @@ struct GrowCommand {
     outputs.commit();
     if (output == "-") return;
     const Skeleton& skeleton = plant.imported.skeleton;
+    // A tree file does not say where the plant lives.
+    const Habitat habitat = habitat_of(input);
+    std::string lives = habitat.in_water ? " --medium water --current 0.3" : "";
+    if (habitat.drawn_unloaded) lives.append(" --shape unloaded");
+    if (!habitat.material.empty()) lives.append(" --material ").append(habitat.material);
     std::cerr << "tremula: " << output << ": " << skeleton.branch_count() << " branches, "
-              << skeleton.leaves.size() << " leaves; next: tremula animate " << output << " -o " << plant.name
-              << ".html\n";
+              << skeleton.leaves.size() << " leaves; next: tremula animate " << output << lives << " -o "
+              << plant.name << ".html\n";
   }
 };
 

@@ -302,8 +302,10 @@ void add_load(CLI::App& app) {
   sub.add_option("INPUT", command->input,
                  "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys) or a preset")
       ->required();
-  sub.add_option("--wind-speed", command->speeds,
-                 "Mean wind speeds at the reference height [m/s]: FIRST:LAST:STEP, or a list such as 5,10,20")
+  sub.add_option(
+         "--wind-speed", command->speeds,
+         "Mean wind speeds at the reference height [m/s]: FIRST:LAST:STEP, or a list such as 5,10,20. "
+         "In water, those of the current (0.1:0.8:0.1 for a plant that lives there)")
       ->capture_default_str();
   sub.add_option("--format", command->format, "table, json or csv, where no extension says it")
       ->check(CLI::IsMember({"table", "json", "csv"}))
@@ -333,7 +335,12 @@ void add_load(CLI::App& app) {
       "  tremula load oak\n"
       "  tremula load scan.mat --wind-speed 10:40:2 --material oak --format csv -o loads.csv\n"
       "  tremula load oak --wind-speed 20,30 --profile constant --root-moment-capacity 5e4 --format json\n");
-  sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
+  sub.callback([command, &sub] {
+    const Habitat habitat = habitat_of(command->input);
+    command->structure.settle_in(habitat);
+    if (habitat.in_water && sub.count("--wind-speed") == 0) command->speeds = "0.1:0.8:0.1";
+    command->threads.run([&] { command->run(sub); });
+  });
 }
 
 }  // namespace tremula::cli

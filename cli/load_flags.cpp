@@ -1,6 +1,7 @@
 #include "load_flags.hpp"
 
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "usage.hpp"
@@ -48,7 +49,8 @@ void LoadFlags::add_to(CLI::App& command, const char* group) {
          "E of leaves that fold: in fast wind their drag grows with the speed to the power 2 + E; 0: they do "
          "not "
          "fold");
-  number("--leaf-folding-speed", leaf_folding_speed, "The wind at which they begin to fold [m/s]");
+  number("--leaf-folding-speed", leaf_folding_speed,
+         "The wind at which they begin to fold [m/s]; in water a current of the same pressure");
   command.add_flag("--no-shelter", no_shelter, "Every leaf and branch meets the free wind")->group(group);
   number("--shelter-cell", shelter_cell,
          "Width of the wakes that leaves and branches of a crown leave behind [m]");
@@ -56,15 +58,17 @@ void LoadFlags::add_to(CLI::App& command, const char* group) {
 
 void LoadFlags::set(const StructureFlags& structure, Weather& weather) const {
   if (structure.medium == "vacuum") throw InputError("--medium vacuum", "given with a wind", "air or water");
+  double folding_speed = leaf_folding_speed;
   if (structure.medium == "water") {
     weather.loads.fluid_density = water_density;
     weather.loads.inertia_coefficient = 2;
+    folding_speed *= std::sqrt(air_density / water_density);  // where the pressure is the same
   }
   weather.loads.model = models.at(model);
   weather.drag = drag == "quadratic" ? Drag::quadratic : Drag::linear;
   weather.loads.leaf_drag_coefficient = leaf_drag_coefficient;
   weather.loads.leaf_lift_coefficient = leaf_lift_coefficient;
-  weather.loads.foliage = {leaf_vogel_exponent, leaf_folding_speed};
+  weather.loads.foliage = {leaf_vogel_exponent, folding_speed};
   weather.lean.rotations = pose == "linear" ? Rotations::small : Rotations::large;
   weather.lean.shelter = {.on = !no_shelter, .cell = shelter_cell};
 }

@@ -270,7 +270,10 @@ void add_modes(CLI::App& app) {
       "  tremula modes oak --up-to 3 --plot modes.svg\n"
       "  tremula modes forest.txt --modes 100 --max-memory 2GB\n"
       "  tremula modes tree.txt --youngs-modulus 8e9 --shear-modulus 6e8 --density 900 --format json\n");
-  sub.callback([command, &sub] { command->run(sub); });
+  sub.callback([command, &sub] {
+    command->structure.settle_in(habitat_of(command->input));
+    command->run(sub);
+  });
 }
 
 }  // namespace tremula::cli

@@ -57,6 +57,7 @@ constexpr Quantity quantities[] = {
     {"--mass-damping", 1e-9, 1e9, "1/s"},
     {"--stiffness-damping", 1e-12, 1e9, "s"},
     {"--water-depth", 1e-3, 1e5, "m"},
+    {"--current", 1e-3, 100, "m/s", true},
     {"--decay-time", 1e-6, 1e9, "s"},
     {"--mode-damping", 1e-9, 100, ""},
     {"--leaf-drag-coefficient", 1e-6, 100, "", true},

@@ -107,6 +107,13 @@ TEST(Usage, FlagsWithoutEffectAreRefused) {
                  {"--waves: given with a sheet, wanted --water-depth with it"});
   expect_refused("animate sapling -o a.csv --medium water --waves 0.2:25",
                  {"peak period of the waves: 25 s, wanted less than the period of the loop, 20 s"});
+  expect_refused(animate + "--current 0.3", {"--current: given with --medium air, wanted --medium water"});
+  expect_refused("animate sapling -o a.csv --medium water --current 0.3 --wind-speed 2",
+                 {"--current: given with --wind-speed, wanted one of them"});
+  expect_refused("animate kelp -o a.csv --current 0.3 --waves 0.5:4 --wind-speed 8",
+                 {"--wind-speed: given with --current and --waves"});
+  expect_refused("animate kelp -o a.csv --waves 7:9", {"significant height of the waves: 7", "of water"});
+  expect_refused("animate kelp -o a.csv --medium air", {"kelp", "buckles under the weight"});
   expect_refused(animate + "--decay-time 1 --damping-ratio 0.1",
                  {"--damping-ratio: given with --decay-time"});
   expect_refused(animate + "--decay-time 1 --mode-damping 0.1", {"--mode-damping: given with --decay-time"});

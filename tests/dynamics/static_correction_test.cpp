@@ -43,6 +43,33 @@ Case tree_in_wind() {
   return {assemble_tree(skeleton, {}), structure, sites, linearise_loads(sites, wind)};
 }
 
+TEST(StaticShapes, WithOneModeGiveTheExactDeflectionUnderWaterThatSpeedsUpTheSameEverywhere) {
+  Skeleton skeleton = test::awkward_tree();
+  for (Leaf& leaf : skeleton.leaves) {
+    leaf.length = 0.4;
+    leaf.width = 0.2;
+    leaf.area = 0.06;
+  }
+  const Structure structure = assemble(skeleton, test::weightless({.added_mass_density = 1000}));
+  const Sites sites = structure.find_sites();
+  const Loads loads = linearise_loads(sites, Vec3(0.4, 0.1, 0).replicate(1, sites.point_count()),
+                                      {.fluid_density = 1000, .inertia_coefficient = 2});
+  const Modes one = solve_modes(structure, {.count = 1});
+  const StaticShapes shapes = static_shapes(structure, sites, loads, one);
+  EXPECT_EQ(shapes.count(), 6);
+  const Joined all(one, shapes);
+  for (const Vec3& rate : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.3, -0.2, 1)}) {
+    for (const bool of_inertia : {true, false}) {
+      const Eigen::Matrix3Xd everywhere = rate.replicate(1, sites.point_count());
+      const Eigen::VectorXd force =
+          of_inertia ? inertia_force(sites, loads, everywhere) : fluctuating_force(sites, loads, everywhere);
+      const Eigen::VectorXd exact = structure.flexibility(force);
+      const Eigen::VectorXd coordinates = (all.shapes.transpose() * force).cwiseQuotient(all.squares());
+      EXPECT_LT((all.shapes * coordinates - exact).norm(), 1e-7 * exact.norm());
+    }
+  }
+}
+
 TEST(StaticShapes, WithOneModeGiveTheExactDeflectionUnderAnyGustThatIsTheSameEverywhere) {
   const auto [tree, structure, sites, loads] = tree_in_wind();
   const Modes one = solve_modes(structure, {.count = 1});

@@ -318,5 +318,18 @@ TEST(Grow, RefusesAWallThickerThanTheRadius) {
             "tube:1: wall of F is 0.021, wanted 1e-07 to 0.02");
 }
 
+TEST(HabitatOf, IsWhatTheTextSaysAndAirWhereItSaysNothing) {
+  const std::string text = "h = 3\naxiom: !(0.1) F(1)\nsteps: 1\n";
+  EXPECT_FALSE(habitat_of(parse_lsystem(text, "plant")).in_water);
+  const LSystem wet = parse_lsystem(
+      text + "medium: water\nmaterial: scots-pine\ncurrent: h / 10\nwater_depth: 2 * h\n", "plant");
+  const Habitat habitat = habitat_of(wet, {.constants = {{"h", 4}}});
+  EXPECT_TRUE(habitat.in_water);
+  EXPECT_EQ(habitat.material, "scots-pine");
+  EXPECT_NEAR(habitat.current, 0.4, 1e-12);
+  EXPECT_NEAR(habitat.water_depth, 8, 1e-12);
+  EXPECT_THROW(habitat_of(wet, {.constants = {{"h", -1}}}), InputError);
+}
+
 }  // namespace
 }  // namespace tremula

@@ -568,5 +568,53 @@ TEST(MeshSurface, RejectsOptionsOutOfRange) {
   EXPECT_THROW(mesh_surface(skeleton, {.bend_subdivisions = -1}), InputError);
 }
 
+// Pieces on branches that follow each other make one strip, as wide as they are, that bends with them.
+TEST(MeshSurface, MakesOneStripOfARibbonOnSeveralBranches) {
+  Skeleton skeleton;
+  skeleton.roots.push_back(Vec3::Zero());
+  Vec3 at = Vec3::Zero();
+  for (int k = 0; k < 4; ++k) {
+    const Vec3 next = at + Vec3(0.02 * k, 0, 0.2);
+    skeleton.branches.push_back(test::make_branch(k, at, next, 0.001, 0.001));
+    const Vec3 axis = (next - at).normalized();
+    skeleton.leaves.push_back({.branch = k,
+                               .position = 0.5,
+                               .base = at,
+                               .axis = axis,
+                               .normal = axis.cross(Vec3::UnitY()).normalized(),
+                               .length = (next - at).norm(),
+                               .width = 0.05 - 0.01 * k,
+                               .area = 0.2 * 0.045,
+                               .mass = 0.001,
+                               .is_ribbon = true,
+                               .end_width = 0.04 - 0.01 * k});
+    at = next;
+  }
+  const Surface surface = mesh_surface(skeleton);
+  ASSERT_EQ(surface.parts.size(), 2U);
+  const SurfacePart& ribbon = surface.parts[1];
+  EXPECT_EQ(ribbon.material.name, "ribbon");
+  EXPECT_TRUE(ribbon.material.two_sided);
+  EXPECT_EQ(ribbon.pieces.count, 0U);
+  EXPECT_EQ(ribbon.triangles.size(), 3U * 4 * 8);  // two sections a piece and one more
+  double area = 0, low = 1, high = 0;
+  for (std::size_t f = 0; f < ribbon.triangles.size(); f += 3) {
+    const auto place = [&](std::size_t corner) {
+      return Vec3(surface.position[ribbon.triangles[f + corner]].cast<double>());
+    };
+    const Vec3 face = (place(1) - place(0)).cross(place(2) - place(0)) / 2;
+    area += face.norm();
+    low = std::min({low, place(0).z(), place(1).z()});
+    high = std::max({high, place(0).z(), place(2).z()});
+    // Its upper side is that of the pieces.
+    EXPECT_GT(face.dot(surface.normal[ribbon.triangles[f]].cast<double>()), 0);
+  }
+  double wanted = 0;
+  for (const Leaf& leaf : skeleton.leaves) wanted += 0.5 * (leaf.width + leaf.end_width) * leaf.length;
+  EXPECT_NEAR(area, wanted, 0.04 * wanted);  // it is a little deeper along its midrib
+  EXPECT_NEAR(low, 0, 0.01);
+  EXPECT_NEAR(high, 0.8, 0.01);
+}
+
 }  // namespace
 }  // namespace tremula

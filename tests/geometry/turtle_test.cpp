@@ -227,6 +227,23 @@ TEST(Turtle, HangsALeafWhereItIsToldTo) {
   EXPECT_DOUBLE_EQ(leaf.mass, 0.3 * 0.6 * 0.1 * 0.05);
 }
 
+TEST(Turtle, SpreadsARibbonAlongTheBranchDrawnLastHoweverItHasTurnedSince) {
+  Turtle turtle({.leaf_mass_per_area = 2});
+  turtle.set_radius(0.01);
+  turtle.set_tropism(40, Vec3::UnitX());
+  turtle.draw(0.5, 0.01);
+  turtle.ribbon(0.2, 0.1);
+  const Skeleton skeleton = turtle.finish();
+  ASSERT_EQ(skeleton.leaves.size(), 1U);
+  const Leaf& ribbon = skeleton.leaves[0];
+  EXPECT_TRUE(ribbon.is_ribbon);
+  EXPECT_LT((ribbon.axis - Vec3::UnitZ()).norm(), 1e-12);
+  EXPECT_NEAR(ribbon.normal.dot(ribbon.axis), 0, 1e-12);
+  EXPECT_NEAR(ribbon.area, 0.5 * 0.15, 1e-12);
+  EXPECT_NEAR(ribbon.mass, 2 * ribbon.area, 1e-12);
+  EXPECT_NO_THROW(check_skeleton(skeleton, "ribbon"));
+}
+
 TEST(PipeRadii, FollowLeonardosRuleAtEveryForkOfARandomTree) {
   for (const double exponent : {1.8, 2.0, 2.49}) {
     Skeleton skeleton = test::random_tree(400, 11);

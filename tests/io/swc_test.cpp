@@ -38,6 +38,8 @@ void expect_identical(const Skeleton& a, const Skeleton& b) {
     EXPECT_EQ(a.leaves[k].branch, b.leaves[k].branch) << k;
     EXPECT_EQ(a.leaves[k].position, b.leaves[k].position) << k;
     EXPECT_EQ(a.leaves[k].base, b.leaves[k].base) << k;
+    EXPECT_EQ(a.leaves[k].is_ribbon, b.leaves[k].is_ribbon) << k;
+    EXPECT_EQ(a.leaves[k].end_width, b.leaves[k].end_width) << k;
     EXPECT_EQ(a.leaves[k].axis, b.leaves[k].axis) << k;
     EXPECT_EQ(a.leaves[k].normal, b.leaves[k].normal) << k;
     EXPECT_EQ(a.leaves[k].length, b.leaves[k].length) << k;
@@ -291,6 +293,15 @@ TEST(ReadSwc, TakesTypesAndCommentsOfItsOwnOnlyInItsOwnFiles) {
   EXPECT_EQ(ours.branches[1].start_node, 1);
   EXPECT_EQ(ours.branches[1].start, Vec3(0, 0, 2.5));
   EXPECT_EQ(ours.branches[1].start_radius, 0.5);
+}
+
+TEST(WriteSwc, KeepsRibbonsBesideLeaves) {
+  Skeleton skeleton = test::straight_stem(2, 1, 0.01, 0.01);
+  Leaf leaf{.branch = 1, .position = 0.5, .length = 0.5, .width = 0.1, .area = 0.04, .mass = 0.02};
+  skeleton.leaves = {leaf, leaf};
+  skeleton.leaves[1].is_ribbon = true;
+  skeleton.leaves[1].end_width = 0.06;
+  expect_identical(skeleton, through_a_file(skeleton).skeleton);
 }
 
 TEST(WriteSwc, KeepsTheColorsOfAPlant) {

@@ -199,5 +199,40 @@ TEST(BeamTree, InAFluidBendingIsHeavierByTheFluidThatMovesAlongAndStretchingIsNo
   EXPECT_THROW(assemble_tree(stem, wet), InputError);
 }
 
+// Of leaves long and short, on branches with arms: as a matrix, as a product, and by kinetic energy.
+TEST(BladeWater, IsTheMassOfTheFluidAlongTheNormalsOfTheBlades) {
+  Skeleton skeleton = test::awkward_tree();
+  skeleton.leaves[2].branch = skeleton.branch_count() - 1;  // which starts beside its node
+  for (Leaf& leaf : skeleton.leaves) {
+    leaf.length = 0.5;
+    leaf.width = 0.1;
+    leaf.area = 0.04;
+    leaf.normal = Vec3(1, 2, -0.5).normalized();
+    leaf.axis = leaf.normal.unitOrthogonal();
+  }
+  skeleton.leaves[1].is_ribbon = true;
+  skeleton.leaves[1].end_width = 0.3;
+  const BeamTree dry = assemble_tree(skeleton, {.gravity = 0});
+  const BeamTree wet = assemble_tree(skeleton, {.added_mass_density = 1000, .gravity = 0});
+  BeamTree stems = wet;
+  stems.blade_water.clear();
+  EXPECT_TRUE(dry.blade_water.empty());
+  const Eigen::VectorXd u = test::random_vector(wet.size(), 3), v = test::random_vector(wet.size(), 4);
+  EXPECT_LT((assemble_sparse(wet).mass * u - apply_mass(wet, u)).norm(), 1e-12 * apply_mass(wet, u).norm());
+  EXPECT_NEAR(v.dot(apply_mass(wet, u)), u.dot(apply_mass(wet, v)), 1e-9 * apply_mass(wet, u).norm());
+  double energy = 0;
+  for (const Leaf& leaf : skeleton.leaves) {
+    const Member& member = wet.members[static_cast<std::size_t>(leaf.branch)];
+    const EndDisplacements ends = end_displacements(member, u);
+    Eigen::Matrix<double, 12, 1> stacked;
+    stacked << ends.start_translation, ends.start_rotation, ends.end_translation, ends.end_rotation;
+    const double speed = leaf.normal.dot(point_shape(member, leaf.position).transpose() * stacked);
+    const double volume = leaf.is_ribbon ? std::numbers::pi / 12 * 0.5 * (0.01 + 0.03 + 0.09)
+                                         : std::numbers::pi / 4 * 0.08 * 0.08 * 0.5;
+    energy += 1000 * volume * speed * speed;
+  }
+  EXPECT_NEAR(u.dot(apply_mass(wet, u) - apply_mass(stems, u)), energy, 1e-9 * energy);
+}
+
 }  // namespace
 }  // namespace tremula

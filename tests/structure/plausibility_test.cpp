@@ -71,5 +71,17 @@ TEST(Plausibility, NamesAFrequencyThatNoPlantHas) {
   EXPECT_TRUE(plausibility(stem(), {}, 3.1).empty());
 }
 
+TEST(Plausibility, NamesAStemThatItsFloatWouldTear) {
+  Skeleton kelp = test::straight_stem(4, 5, 0.002, 0.002);
+  kelp.branches.push_back(test::make_branch(4, {0, 0, 5}, {0, 0, 5.3}, 0.15, 0.15));
+  kelp.branches.back().wall = 0.1;
+  StructureOptions options{.material = find_material("kelp")};
+  EXPECT_FALSE(says(plausibility(kelp, options), "floats"));  // in air
+  options.added_mass_density = 1000;
+  EXPECT_TRUE(says(plausibility(kelp, options), "what floats stretches branch 3 by 10"));
+  kelp.branches.back().start_radius = kelp.branches.back().end_radius = 0.02;
+  EXPECT_FALSE(says(plausibility(kelp, options), "floats"));
+}
+
 }  // namespace
 }  // namespace tremula

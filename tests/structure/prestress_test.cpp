@@ -247,6 +247,19 @@ TEST(Weight, UnderWaterIsThatOfWhatTheWoodIsHeavierThanTheWater) {
   EXPECT_EQ(wet.points[0].force.norm(), 0);
 }
 
+TEST(Weight, OfASealedTubeUnderWaterIsLessByAllThatItDisplaces) {
+  Skeleton skeleton = test::straight_stem(1, 2, 0.1, 0.1);
+  skeleton.branches[0].wall = 0.25;
+  const StructureOptions options{
+      .material = {"wood", 9e9, 7e8, 950, ""}, .added_mass_density = 1000, .gravity = 10};
+  const double outer = std::numbers::pi * 0.1 * 0.1 * 2, bore = 0.75 * 0.75 * outer;
+  const BeamTree tree = assemble_tree(skeleton, options);
+  const double force =
+      volume_beyond(tree.members[0].beam, 0).volume * weight(skeleton, options).per_volume[0].z();
+  EXPECT_NEAR(force, 10 * (1000 * outer - 950 * (outer - bore)), 1e-9 * 1e4 * outer);
+  EXPECT_GT(force, 0);
+}
+
 TEST(UnderLoad, TheStaticSolveUndoesTheStiffness) {
   for (const RootSpring& root : {RootSpring{}, RootSpring{.translation = 1e5, .rotation = 5e3}}) {
     const Laden laden(root);

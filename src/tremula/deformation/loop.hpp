@@ -27,6 +27,7 @@ struct LoopFacts {
   double heading = 0;             // of the mean wind, from x towards y [degrees]
   std::uint64_t seed = 0;
   bool scales = true;  // its motion grows with the loads of the wind; that of a flag that flaps does not
+  bool under_water = false;  // the wind is then a current
 };
 
 // Where a copy of what moves stands, and when: it shows at time t what the loop has at t + time_shift,

@@ -32,6 +32,12 @@ void velocities_to_drag(const Site& site, const LoadOptions& options, Eigen::Ref
     for (int i = 0; i < 3; ++i) v.col(i) = force * site.axis[i];
     return;
   }
+  if (site.kind == SiteKind::ribbon) {
+    const Eigen::ArrayXd across = half_rho_area * options.ribbon_normal_coefficient * speed * along;
+    const Eigen::ArrayXd friction = half_rho_area * options.ribbon_friction_coefficient * speed;
+    for (int i = 0; i < 3; ++i) v.col(i) = friction * v.col(i) + across * site.axis[i];
+    return;
+  }
   Eigen::ArrayXd force = half_rho_area * options.leaf_drag_coefficient * speed;
   const FoliageLaw& law = options.foliage;
   if (law.vogel_exponent != 0)

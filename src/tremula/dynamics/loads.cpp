@@ -3,6 +3,7 @@
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -21,12 +22,41 @@ Mat3 turning_of_cylinder(const SiteLoad& load, const Vec3& axis, const Vec3& win
   return axis.dot(wind) * load.per_velocity * cross_matrix(axis) - axis * axis.cross(load.mean).transpose();
 }
 
+// Of a plate whose drag is so much along its normal n, of the speed through its plane and of all of it.
+// Turned by theta, its normal is n + theta x n.
+Mat3 turning_of_plate(const Vec3& normal, const Vec3& drag) {
+  return normal * normal.cross(drag).transpose() - drag.dot(normal) * cross_matrix(normal);
+}
+
+// The pressure that speeds the fluid up speeds what displaces it up, and the fluid that a blade carries
+// follows the rest across the blade.
+Mat3 inertia_of_blade(const Site& site, const LoadOptions& options) {
+  if (!(options.inertia_coefficient > 0)) return Mat3::Zero();
+  return options.fluid_density *
+         (std::min(options.inertia_coefficient, 1.0) * site.volume * Mat3::Identity() +
+          std::max(options.inertia_coefficient - 1, 0.0) * site.carried * site.axis * site.axis.transpose());
+}
+
+SiteLoad load_on_ribbon(const Site& site, const GustStatistics& wind, const LoadLaw& law) {
+  const LoadOptions& options = law.options;
+  const double half_rho_area = 0.5 * options.fluid_density * site.area;
+  const AverageForce all = average_drag(wind);
+  SiteLoad load = scaled(along_normal(all, site.axis), half_rho_area * options.ribbon_normal_coefficient);
+  load.turning = half_rho_area * options.ribbon_normal_coefficient * turning_of_plate(site.axis, all.mean);
+  const SiteLoad friction = scaled(all, half_rho_area * options.ribbon_friction_coefficient);
+  load.mean += friction.mean;
+  load.per_velocity += friction.per_velocity;
+  load.per_acceleration = inertia_of_blade(site, options);
+  return load;
+}
+
 SiteLoad load_on_blade(const Site& site, const GustStatistics& wind, const LoadLaw& law) {
   const LoadOptions& options = law.options;
   const double half_rho_area = 0.5 * options.fluid_density * site.area;
   const bool folds = options.foliage.vogel_exponent != 0;
   SiteLoad load = scaled(folds ? average_folding_drag(law.folding, wind) : average_drag(wind),
                          half_rho_area * options.leaf_drag_coefficient);
+  load.per_acceleration = inertia_of_blade(site, options);
   if (options.leaf_lift_coefficient == 0) return load;
   const SiteLoad lift =
       scaled(along_normal(average_drag(wind), site.axis), half_rho_area * options.leaf_lift_coefficient);
@@ -66,15 +96,24 @@ Eigen::MatrixXd sum_at_points(const Sites& sites, const Loads& loads,
   return sum;
 }
 
-// Of a plate, along its normal n: of the speed through its plane and of all of it. Turned by theta, its
-// normal is n + theta x n.
+// What a velocity or an acceleration of the fluid at the points (3 x P) does to the rows of the structure.
+template <class PerFluid>
+Eigen::VectorXd force_of_fluid(const Sites& sites, const Loads& loads, const Eigen::Matrix3Xd& fluid,
+                               const PerFluid& per_fluid) {
+  check_loads(sites, loads);
+  check_equal("columns of the velocity", fluid.cols(), sites.point_count());
+  Eigen::Matrix3Xd forces(3, static_cast<Eigen::Index>(loads.sites.size()));
+  for (std::size_t s = 0; s < loads.sites.size(); ++s)
+    forces.col(static_cast<Eigen::Index>(s)) = per_fluid(loads.sites[s]) * fluid.col(sites.sites[s].point);
+  return sites.gather(forces);
+}
+
 SiteLoad load_on_plate(const Site& site, const GustStatistics& wind, const LoadLaw& law) {
   const double half_rho_c_area =
       0.5 * law.options.fluid_density * site.area * law.options.plate_normal_coefficient;
   const AverageForce all = average_drag(wind);
   SiteLoad load = scaled(along_normal(all, site.axis), half_rho_c_area);
-  load.turning = half_rho_c_area * (site.axis * site.axis.cross(all.mean).transpose() -
-                                    all.mean.dot(site.axis) * cross_matrix(site.axis));
+  load.turning = half_rho_c_area * turning_of_plate(site.axis, all.mean);
   return load;
 }
 
@@ -82,6 +121,8 @@ SiteLoad load_on_any(const Site& site, const GustStatistics& wind, const LoadLaw
   switch (site.kind) {
     case SiteKind::blade:
       return load_on_blade(site, wind, law);
+    case SiteKind::ribbon:
+      return load_on_ribbon(site, wind, law);
     case SiteKind::plate:
       return load_on_plate(site, wind, law);
     case SiteKind::cylinder:
@@ -106,6 +147,8 @@ void check_loads(const LoadOptions& options) {
   check("branch drag coefficient", options.branch_drag_coefficient);
   check("leaf drag coefficient", options.leaf_drag_coefficient);
   check("leaf lift coefficient", options.leaf_lift_coefficient);
+  check("ribbon normal coefficient", options.ribbon_normal_coefficient);
+  check("ribbon friction coefficient", options.ribbon_friction_coefficient);
   check("inertia coefficient", options.inertia_coefficient);
   check("plate normal coefficient", options.plate_normal_coefficient);
   check_foliage(options.foliage);
@@ -153,9 +196,13 @@ double drag_area(const Site& site, const Vec3& wind, const LoadLaw& law) {
   if (law.options.model == LoadModel::paper || speed == 0) return 0;
   if (site.kind == SiteKind::blade)
     return law.options.leaf_drag_coefficient * site.area * folding_factor(law.options.foliage, speed);
-  if (site.kind == SiteKind::plate) {
+  if (site.kind == SiteKind::plate || site.kind == SiteKind::ribbon) {
     const double through = site.axis.dot(wind) / speed;
-    return law.options.plate_normal_coefficient * site.area * through * through;
+    const bool ribbon = site.kind == SiteKind::ribbon;
+    return site.area *
+           ((ribbon ? law.options.ribbon_normal_coefficient : law.options.plate_normal_coefficient) *
+                through * through +
+            (ribbon ? law.options.ribbon_friction_coefficient : 0));
   }
   return law.options.branch_drag_coefficient * site.area * site.axis.cross(wind).norm() / speed;
 }
@@ -187,15 +234,13 @@ Eigen::VectorXd mean_force(const Sites& sites, const Loads& loads) {
 }
 
 Eigen::VectorXd fluctuating_force(const Sites& sites, const Loads& loads, const Eigen::Matrix3Xd& velocity) {
-  check_loads(sites, loads);
-  check_equal("columns of the velocity", velocity.cols(), sites.point_count());
-  Eigen::Matrix3Xd forces(3, static_cast<Eigen::Index>(loads.sites.size()));
-  for (std::size_t s = 0; s < loads.sites.size(); ++s) {
-    const SiteLoad& load = loads.sites[s];
-    forces.col(static_cast<Eigen::Index>(s)) =
-        load.gust_share * (load.per_velocity * velocity.col(sites.sites[s].point));
-  }
-  return sites.gather(forces);
+  return force_of_fluid(sites, loads, velocity,
+                        [](const SiteLoad& load) -> Mat3 { return load.gust_share * load.per_velocity; });
+}
+
+Eigen::VectorXd inertia_force(const Sites& sites, const Loads& loads, const Eigen::Matrix3Xd& acceleration) {
+  return force_of_fluid(sites, loads, acceleration,
+                        [](const SiteLoad& load) { return load.per_acceleration; });
 }
 
 Eigen::MatrixXd modal_participation(const Sites& sites, const Loads& loads,

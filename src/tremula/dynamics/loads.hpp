@@ -29,9 +29,15 @@ struct LoadOptions {
   // Of a flat blade: a force C_L |u| (u . n) n along its normal n, whose part across the wind is lift. Blades
   // of foliage that folds and flutters have none on the average.
   double leaf_lift_coefficient = 0;
+  // Of a ribbon, which is as flat as a plate and far longer than wide: a force C_N |u| (u . n) n on one side
+  // of its area, and C_f |u| u for the friction of both (Luhar & Nepf 2011 and Zhu et al. 2021 take 1.95 and
+  // 0.02 for blades in water).
+  double ribbon_normal_coefficient = 1.95;
+  double ribbon_friction_coefficient = 0.02;
   // C_M of the force rho C_M V dv/dt across a cylinder of volume V in a fluid that speeds up (Morison's
   // second term). 2 is the potential flow's, 1 for the pressure and 1 for the added mass; in air it is
-  // nothing.
+  // nothing. Blades have the first of these on their own volume and the second, C_M - 1, on the fluid that
+  // they carry, along their normal.
   double inertia_coefficient = 0;
   // Of a sheet: a force C_N |u| (u . n) n on one side of its area. C_N of a plate square to the flow is 1.1
   // to 1.2 for sides of 1:1 to 1:5 (Hoerner 1965, Fluid-Dynamic Drag, section 3-4).
@@ -90,6 +96,9 @@ Vec3 mean_drag(const Loads& loads);
 // Forces on the rows of the structure: of all loads under the mean wind, and of a fluctuation v (3 x P).
 Eigen::VectorXd mean_force(const Sites& sites, const Loads& loads);
 Eigen::VectorXd fluctuating_force(const Sites& sites, const Loads& loads, const Eigen::Matrix3Xd& velocity);
+
+// Of a fluid that speeds up by so much (3 x P) [m/s^2].
+Eigen::VectorXd inertia_force(const Sites& sites, const Loads& loads, const Eigen::Matrix3Xd& acceleration);
 
 // Modal forces are participation^T * (v_x, v_y, v_z of point 0, 1, …): (3P x c), real, the same for every
 // frequency. shapes (rows x c).

@@ -57,6 +57,18 @@ Eigen::VectorXd turned_in_wind(const Structure& structure, const Sites& sites, c
   return best;
 }
 
+// Of a gust along each world axis, the same everywhere, and of water that speeds up likewise.
+std::vector<Eigen::VectorXd> forces_everywhere(const Sites& sites, const Loads& loads) {
+  std::vector<Eigen::VectorXd> forces;
+  for (int direction = 0; direction < 3; ++direction) {
+    Eigen::Matrix3Xd everywhere = Eigen::Matrix3Xd::Zero(3, sites.point_count());
+    everywhere.row(direction).setOnes();
+    forces.push_back(fluctuating_force(sites, loads, everywhere));
+    if (loads.has_inertia) forces.push_back(inertia_force(sites, loads, everywhere));
+  }
+  return forces;
+}
+
 }  // namespace
 
 StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
@@ -66,10 +78,7 @@ StaticShapes static_shapes(const Structure& structure, const Sites& sites, const
   constexpr double negligible = 1e-10;  // of the elastic energy under the load
   const Eigen::VectorXd flexibility = modes.omega().cwiseAbs2().cwiseInverse();
   std::vector<Eigen::VectorXd> deflections, forces;
-  for (int direction = 0; direction < 3; ++direction) {
-    Eigen::Matrix3Xd gust = Eigen::Matrix3Xd::Zero(3, sites.point_count());
-    gust.row(direction).setOnes();
-    Eigen::VectorXd force = fluctuating_force(sites, loads, gust);
+  for (Eigen::VectorXd& force : forces_everywhere(sites, loads)) {
     Eigen::VectorXd exact = structure.flexibility(force);
     if (turning) {
       exact = turned_in_wind(structure, sites, loads, std::move(exact));

@@ -50,6 +50,14 @@ class Grower {
     }
   }
 
+  Habitat habitat() const {
+    Habitat habitat{
+        .in_water = system_.in_water, .drawn_unloaded = system_.drawn_unloaded, .material = system_.material};
+    if (system_.current) habitat.current = setting(*system_.current, "current", 0, 10);
+    if (system_.water_depth) habitat.water_depth = setting(*system_.water_depth, "water_depth", 0.01, 1e4);
+    return habitat;
+  }
+
   GrownPlant run() {
     derive();
     if (turtle_.branch_count() == 0) {
@@ -183,6 +191,9 @@ class Grower {
       case TurtleCommand::leaf:
         draw_leaf(module, a);
         break;
+      case TurtleCommand::ribbon:
+        draw_ribbon(module, a);
+        break;
       case TurtleCommand::tropism: {
         require(module, "tropism", a[0], -max_angle, max_angle);
         const Vec3 direction = a.size() == 4 ? Vec3(a[1], a[2], a[3]) : -Vec3::UnitZ();
@@ -263,6 +274,16 @@ class Grower {
     require(module, "petiole length", petiole, 0, max_length);
     require(module, "leaf position", position, 0, 1);
     turtle_.leaf(a[0], a[1], petiole, position);
+  }
+
+  void draw_ribbon(const Module& module, std::span<const double> a) {
+    if (turtle_.leaf_count() == limits_.leaves) {
+      refuse(module.line, "more leaves than " + std::to_string(limits_.leaves), "a plant of fewer");
+    }
+    if (turtle_.on_ground()) refuse(module.line, "a ribbon on the ground", "an F before it");
+    require(module, "ribbon width", a[0], min_length, max_length);
+    if (a.size() > 1) require(module, "ribbon end width", a[1], min_length, max_length);
+    turtle_.ribbon(a[0], a.size() > 1 ? a[1] : a[0]);
   }
 
   double angle(const Module& module, std::span<const double> a) const {
@@ -365,5 +386,9 @@ class Grower {
 }  // namespace
 
 GrownPlant grow(const LSystem& system, const GrowOptions& options) { return Grower(system, options).run(); }
+
+Habitat habitat_of(const LSystem& system, const GrowOptions& options) {
+  return Grower(system, options).habitat();
+}
 
 }  // namespace tremula

@@ -27,6 +27,15 @@ struct GrowOptions {
   GrowLimits limits = {};
 };
 
+// Where a plant of a text lives, and of what it is: the defaults of whoever puts it there.
+struct Habitat {
+  bool in_water = false;
+  bool drawn_unloaded = false;  // its weight, or what floats, has yet to bend it (structure/sag.hpp)
+  std::string material = {};    // a name of material_presets (structure/material.hpp); empty: none said
+  double current = 0;           // that there is without wind [m/s]
+  double water_depth = 0;       // [m]
+};
+
 struct GrownPlant {
   Skeleton skeleton;                          // has passed check_skeleton
   std::optional<Eigen::Vector3f> bark_color;  // sRGB, 0–1, where the text gives one
@@ -38,5 +47,8 @@ struct GrownPlant {
 // line of the text where growth leaves the limits, a length or radius is not above 0, a value is not finite,
 // or an option names a constant that the text does not have.
 GrownPlant grow(const LSystem& system, const GrowOptions& options = {});
+
+// Throws as grow does, for numbers out of range.
+Habitat habitat_of(const LSystem& system, const GrowOptions& options = {});
 
 }  // namespace tremula

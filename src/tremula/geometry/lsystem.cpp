@@ -38,6 +38,7 @@ const std::vector<TurtleLetter>& turtle_letters() {
        true},
       {"T", TurtleCommand::tropism, {1, 4}, "T(strength) or T(strength, x, y, z)", true},
       {"!", TurtleCommand::radius, {1}, "!(radius)", true},
+      {"~", TurtleCommand::ribbon, {1, 2}, "~(width) or ~(width, end width)", true},
       {"+", TurtleCommand::yaw_left, {1}, "+(degrees)", true},
       {"-", TurtleCommand::yaw_right, {1}, "-(degrees)", true},
       {"&", TurtleCommand::pitch_down, {1}, "&(degrees)", true},
@@ -114,6 +115,12 @@ class Reader {
     }
     for (TextCursor& statement : settings) read_setting(statement);
     for (TextCursor& statement : productions) read_production(statement);
+    for (const char* setting : {"current", "water_depth"}) {
+      if (have_.contains(setting) && !system_.in_water)
+        missing("medium", std::string("'medium: water', where there is '").append(setting).append("'"));
+    }
+    if (system_.in_water && !have_.contains("water_depth"))
+      missing("water_depth", "'water_depth: 5', as the plant lives in water");
     if (!have_.contains("axiom")) missing("axiom", "'axiom: A(1)'");
     if (!have_.contains("steps")) missing("steps", "'steps: 10'");
     if (system_.pipe_radii && !system_.tip_radius) {
@@ -142,6 +149,11 @@ class Reader {
         {"leaf_mass_per_area", &Reader::read_number<&LSystem::leaf_mass_per_area>},
         {"bark_color", &Reader::read_color<&LSystem::bark_color>},
         {"leaf_color", &Reader::read_color<&LSystem::leaf_color>},
+        {"medium", &Reader::read_medium},
+        {"material", &Reader::read_material},
+        {"shape", &Reader::read_shape},
+        {"current", &Reader::read_number<&LSystem::current>},
+        {"water_depth", &Reader::read_number<&LSystem::water_depth>},
     };
     return readers;
   }
@@ -209,6 +221,32 @@ class Reader {
     const std::string_view mode = ahead.take_name();
     if (mode != "pipe" && mode != "drawn") cursor.fail("'pipe' or 'drawn'");
     system_.pipe_radii = mode == "pipe";
+    cursor = ahead;
+  }
+
+  void read_medium(TextCursor& cursor) {
+    TextCursor ahead = cursor;
+    const std::string_view medium = ahead.take_name();
+    if (medium != "air" && medium != "water") cursor.fail("'air' or 'water'");
+    system_.in_water = medium == "water";
+    cursor = ahead;
+  }
+
+  void read_shape(TextCursor& cursor) {
+    TextCursor ahead = cursor;
+    const std::string_view shape = ahead.take_name();
+    if (shape != "loaded" && shape != "unloaded") cursor.fail("'loaded' or 'unloaded'");
+    system_.drawn_unloaded = shape == "unloaded";
+    cursor = ahead;
+  }
+
+  // Materials are not known here; their names have hyphens.
+  void read_material(TextCursor& cursor) {
+    TextCursor ahead = cursor;
+    std::string name(ahead.take_name());
+    while (!name.empty() && ahead.take('-')) name.append("-").append(ahead.take_name());
+    if (name.empty()) cursor.fail("the name of a material");
+    system_.material = name;
     cursor = ahead;
   }
 

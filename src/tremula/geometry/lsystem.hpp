@@ -22,6 +22,7 @@ enum class TurtleCommand : std::uint8_t {
   draw,
   move,
   leaf,
+  ribbon,
   tropism,
   radius,
   yaw_left,
@@ -80,6 +81,12 @@ struct LSystem {
   std::optional<Expression> leaf_mass_per_area;         // [kg/m^2]
   std::optional<std::array<Expression, 3>> bark_color;  // sRGB, 0–1
   std::optional<std::array<Expression, 3>> leaf_color;  // sRGB, 0–1
+  // Where it lives (Habitat in grow.hpp).
+  bool in_water = false;
+  bool drawn_unloaded = false;
+  std::string material;                   // empty: not said
+  std::optional<Expression> current;      // [m/s]
+  std::optional<Expression> water_depth;  // [m]
 };
 
 // name: what error messages call the text, usually its file name. Throws InputError ("oak.lsys:12: …") for

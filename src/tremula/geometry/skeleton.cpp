@@ -88,6 +88,7 @@ void check_skeleton(const Skeleton& skeleton, const std::string& name, const Ske
       if (size == 0 && leniency.leaves_without_size) continue;
       check_size(size, name, "leaf", k, what);
     }
+    if (leaf.is_ribbon) check_size(leaf.end_width, name, "ribbon", k, "end width");
   }
 }
 

@@ -22,7 +22,8 @@ struct Branch {
   double length() const { return (end - start).norm(); }
 };
 
-// A leaf blade, rigidly carried by a point of a branch.
+// A leaf blade, rigidly carried by a point of a branch. Or a piece of a ribbon, a long blade that runs along
+// its branches, flat, and bends with them; they are its midrib.
 struct Leaf {
   int branch = 0;               // index of the branch that carries it
   double position = 1;          // where along the branch, 0 start to 1 end
@@ -33,6 +34,8 @@ struct Leaf {
   double width = 0;             // of the blade [m]
   double area = 0;              // one side [m^2]
   double mass = 0;              // [kg]
+  bool is_ribbon = false;
+  double end_width = 0;  // of a piece of ribbon, whose width goes from `width` to this [m]
 };
 
 // Nodes 0 … roots-1 are clamped; node roots + k is the end of branch k. Parents stand before their children.

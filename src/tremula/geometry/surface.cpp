@@ -448,6 +448,96 @@ void add_leaf(const Leaf& leaf, Surface& surface) {
   }
 }
 
+// The pieces of ribbon as strips: a piece goes on in the one on the branch that starts where its own ends.
+std::vector<std::vector<const Leaf*>> ribbon_strips(const Skeleton& skeleton) {
+  std::vector<const Leaf*> on_branch(skeleton.branches.size(), nullptr);
+  for (const Leaf& leaf : skeleton.leaves) {
+    if (leaf.is_ribbon) on_branch[at(leaf.branch)] = &leaf;
+  }
+  std::vector<std::vector<const Leaf*>> strips;
+  std::vector<int> strip_that_ends_on(skeleton.branches.size(), -1);
+  for (int k = 0; k < skeleton.branch_count(); ++k) {
+    const Leaf* piece = on_branch[at(k)];
+    if (piece == nullptr) continue;
+    const int parent = skeleton.parent(k);
+    int& strip = strip_that_ends_on[at(k)];
+    if (parent >= 0) std::swap(strip, strip_that_ends_on[at(parent)]);
+    if (strip < 0) {
+      strip = static_cast<int>(strips.size());
+      strips.emplace_back();
+    }
+    strips[at(strip)].push_back(piece);
+  }
+  return strips;
+}
+
+// Three vertices across a strip: the midrib, which lies a little deeper, and both edges.
+struct StripSection {
+  int branch;
+  double along, width;
+  Vec3 centre, across, up;
+};
+
+std::vector<StripSection> strip_sections(const Skeleton& skeleton, const std::vector<const Leaf*>& strip) {
+  std::vector<StripSection> sections;
+  for (std::size_t i = 0; i < strip.size(); ++i) {
+    const Leaf& piece = *strip[i];
+    const Branch& branch = skeleton.branches[at(piece.branch)];
+    const auto add = [&](double s, const Vec3& normal, const Vec3& axis) {
+      const Vec3 up = unit_or(normal - axis * axis.dot(normal), axis.unitOrthogonal());
+      sections.push_back({piece.branch, s, piece.width + s * (piece.end_width - piece.width),
+                          branch.start + s * (branch.end - branch.start), axis.cross(up), up});
+    };
+    const Vec3 axis = unit_or(branch.end - branch.start, Vec3::UnitZ());
+    if (i == 0) add(0, piece.normal, axis);
+    add(0.5, piece.normal, axis);
+    if (i + 1 == strip.size()) {
+      add(1, piece.normal, axis);
+      continue;
+    }
+    // Half-way to the next.
+    const Branch& next = skeleton.branches[at(strip[i + 1]->branch)];
+    add(1, piece.normal + strip[i + 1]->normal, unit_or(axis + unit_or(next.end - next.start, axis), axis));
+  }
+  return sections;
+}
+
+void add_strip(const std::vector<StripSection>& sections, Surface& surface) {
+  constexpr float depth = 0.08F;  // of the width
+  const auto first = static_cast<std::uint32_t>(surface.position.size());
+  const std::size_t count = sections.size();
+  std::vector<std::uint32_t>& triangles = surface.parts.back().triangles;
+  for (std::size_t i = 0; i < count; ++i) {
+    const StripSection& section = sections[i];
+    for (int side = -1; side <= 1; ++side) {
+      const Vec3 place = section.centre + 0.5 * side * section.width * section.across +
+                         (side == 0 ? 0 : depth) * section.width * section.up;
+      surface.position.emplace_back(place.cast<float>());
+      surface.texture.emplace_back(0.5F + 0.5F * static_cast<float>(side),
+                                   static_cast<float>(i) / static_cast<float>(count - 1));
+      surface.branch.push_back(section.branch);
+      surface.along.push_back(static_cast<float>(section.along));
+    }
+    if (i == 0) continue;
+    const auto low = first + static_cast<std::uint32_t>(3 * i) - 3, high = low + 3;
+    for (const std::uint32_t a : {0U, 1U}) {
+      for (const std::uint32_t corner : {low + a, low + a + 1, high + a, high + a, low + a + 1, high + a + 1})
+        triangles.push_back(corner);
+    }
+  }
+  std::vector<Vec3> normals(3 * count, Vec3::Zero());
+  const auto place = [&](std::uint32_t v) { return Vec3(surface.position[v].cast<double>()); };
+  for (std::size_t f = triangles.size() - 12 * (count - 1); f < triangles.size(); f += 3) {
+    const std::uint32_t a = triangles[f], b = triangles[f + 1], c = triangles[f + 2];
+    const Vec3 face = (place(b) - place(a)).cross(place(c) - place(a));
+    for (const std::uint32_t corner : {a, b, c}) normals[corner - first] += face;
+  }
+  for (std::size_t v = 0; v < normals.size(); ++v) {
+    const double size = normals[v].norm();
+    surface.normal.emplace_back((size > 0 ? Vec3(normals[v] / size) : sections[v / 3].up).cast<float>());
+  }
+}
+
 void check_options(const SurfaceOptions& options) {
   const auto check = [](const char* name, int value, int low, int high) {
     if (value >= low && value <= high) return;
@@ -473,13 +563,23 @@ Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options) {
     if (hangs_on_an_arm(skeleton, children, axis.front()))
       mesh_arm(skeleton, axis.front(), options.min_sides, surface);
   }
-  if (options.leaves && !skeleton.leaves.empty()) {
+  const auto ribbons = std::ranges::count(skeleton.leaves, true, &Leaf::is_ribbon);
+  const auto leaves = std::ssize(skeleton.leaves) - ribbons;
+  if (options.leaves && leaves > 0) {
     surface.parts.push_back({options.leaf,
                              {},
                              {.first_vertex = static_cast<std::uint32_t>(surface.vertex_count()),
                               .size = leaf_vertices,
-                              .count = static_cast<std::uint32_t>(skeleton.leaves.size())}});
-    for (const Leaf& leaf : skeleton.leaves) add_leaf(leaf, surface);
+                              .count = static_cast<std::uint32_t>(leaves)}});
+    for (const Leaf& leaf : skeleton.leaves) {
+      if (!leaf.is_ribbon) add_leaf(leaf, surface);
+    }
+  }
+  if (options.leaves && ribbons > 0) {
+    surface.parts.push_back({options.leaf, {}});
+    surface.parts.back().material.name = "ribbon";
+    for (const std::vector<const Leaf*>& strip : ribbon_strips(skeleton))
+      add_strip(strip_sections(skeleton, strip), surface);
   }
   return surface;
 }

@@ -17,7 +17,7 @@ inline constexpr std::uint32_t leaf_vertices = 7;
 inline constexpr std::uint32_t leaf_triangle_count = 6;
 
 // How a part looks. The name goes into files and says what is drawn into the part beside its colour: the
-// furrows of "bark", the ribs and the shine of a "leaf"; nothing into parts of other names.
+// furrows of "bark", the ribs and the shine of a "leaf" or a "ribbon"; nothing into parts of other names.
 struct SurfaceMaterial {
   std::string name;
   Eigen::Vector3f color{0.5F, 0.5F, 0.5F};  // sRGB, 0–1
@@ -72,7 +72,8 @@ std::vector<std::vector<int>> split_into_axes(const Skeleton& skeleton);
 // the one it springs from. Every tube is closed: at its base by a disc, at its tip by one vertex that lies
 // exactly on the end node of its last branch. A ring at a node that two branches of an axis share belongs to
 // the lower one, at along = 1. An axis that starts clear of all wood at its node shows the rigid arm that
-// holds it, as a spike from the node. One part for the tubes and, where there are leaves, one for those.
+// holds it, as a spike from the node. One part for the tubes and, where there are leaves, one for those; and
+// one for ribbons, strips that bend with their branches as tubes do.
 // Takes what check_skeleton accepts, and branches of no length and leaves of any shape besides. Throws
 // InputError for other skeletons and options out of range.
 Surface mesh_surface(const Skeleton& skeleton, const SurfaceOptions& options = {});

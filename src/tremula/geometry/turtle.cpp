@@ -94,6 +94,26 @@ void Turtle::leaf(double length, double width, double petiole, double position) 
   skeleton_.leaves.push_back(leaf);
 }
 
+void Turtle::ribbon(double width, double end_width) {
+  assert(!on_ground() && width > 0 && end_width > 0);
+  const Branch& branch = skeleton_.branches[static_cast<std::size_t>(state_.branch)];
+  Leaf piece;
+  piece.branch = state_.branch;
+  piece.position = 0.5;
+  piece.base = branch.start;
+  piece.axis = (branch.end - branch.start).normalized();
+  // The heading may have turned since. Should it be square to where it was, any side will do.
+  const Vec3 up = state_.up - piece.axis * piece.axis.dot(state_.up);
+  piece.normal = up.norm() > 1e-6 ? Vec3(up.normalized()) : piece.axis.unitOrthogonal();
+  piece.length = branch.length();
+  piece.width = width;
+  piece.end_width = end_width;
+  piece.area = 0.5 * (width + end_width) * piece.length;
+  piece.mass = options_.leaf_mass_per_area * piece.area;
+  piece.is_ribbon = true;
+  skeleton_.leaves.push_back(piece);
+}
+
 void Turtle::pop() {
   assert(!saved_.empty());
   state_ = saved_.back();

@@ -45,6 +45,9 @@ class Turtle {
   // upper side towards the up vector. The blade begins a petiole's length away from the branch. [m]
   void leaf(double length, double width, double petiole = 0, double position = 1);
 
+  // Spreads a ribbon along all of the branch drawn last, its upper side towards the up vector. [m]
+  void ribbon(double width, double end_width);
+
   void push() { saved_.push_back(state_); }
   void pop();
 

@@ -84,8 +84,8 @@ std::string encode_contact_sheet(const Loop& loop) {
       frame_points(everywhere, azimuth_across(normals, loop.facts.heading * std::numbers::pi / 180), 0.12, 1);
   std::vector<Image> images;
   for (std::size_t i = 0; i < cells; ++i)
-    images.push_back(
-        render_surface(surface, positions[i], normals[i], camera, {.width = 400, .height = 400}));
+    images.push_back(render_surface(surface, positions[i], normals[i], camera,
+                                    {.width = 400, .height = 400, .under_water = loop.facts.under_water}));
   return encode_png(contact_sheet(images, columns, labels));
 }
 

@@ -123,8 +123,11 @@ void parse_our_comment(const TableRow& row, SwcFile& file) {
     const double wall = row.finite(3, "wall");
     if (!(wall > 0 && wall <= 1)) row.reject(3, "wall", "above 0, and no thicker than the radius (1: solid)");
     file.walls.push_back({row.integer(2, "wall sample"), wall, row.line});
-  } else if (row.fields.at[1] == "leaf") {
-    check_count(17, "sample position base axis normal length width area mass");
+  } else if (row.fields.at[1] == "leaf" || row.fields.at[1] == "ribbon") {
+    const bool is_ribbon = row.fields.at[1] == "ribbon";
+    check_count(is_ribbon ? 18 : 17, is_ribbon
+                                         ? "sample position base axis normal length width area mass end_width"
+                                         : "sample position base axis normal length width area mass");
     constexpr const char* base[] = {"leaf base x", "leaf base y", "leaf base z"};
     constexpr const char* axis[] = {"leaf axis x", "leaf axis y", "leaf axis z"};
     constexpr const char* normal[] = {"leaf normal x", "leaf normal y", "leaf normal z"};
@@ -137,6 +140,8 @@ void parse_our_comment(const TableRow& row, SwcFile& file) {
     leaf.width = row.positive(14, "leaf width");
     leaf.area = row.positive(15, "leaf area");
     leaf.mass = row.positive(16, "leaf mass");
+    leaf.is_ribbon = is_ribbon;
+    if (is_ribbon) leaf.end_width = row.positive(17, "ribbon end width");
     file.leaves.push_back({row.integer(2, "leaf sample"), leaf, row.line});
   }
 }
@@ -327,7 +332,7 @@ std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors) {
       " skeleton\n"
       "# metres, z up; id type x y z radius parent\n"
       "# type 1: clamped root; 2: end of a branch; 16: start of a branch, only a rigid link to its parent\n"
-      "# leaf: sample position base(3) axis(3) normal(3) length width area mass\n"
+      "# leaf: sample position base(3) axis(3) normal(3) length width area mass; ribbon: and end_width\n"
       "# origin";
   append(out, skeleton.origin);
   out += '\n';
@@ -376,12 +381,13 @@ std::string encode_swc(const Skeleton& skeleton, const PlantColors& colors) {
     out += '\n';
   }
   for (const Leaf& leaf : skeleton.leaves) {
-    out += "# leaf " + std::to_string(id[skeleton.end_node(leaf.branch)]);
+    out += (leaf.is_ribbon ? "# ribbon " : "# leaf ") + std::to_string(id[skeleton.end_node(leaf.branch)]);
     append(out, leaf.position);
     append(out, leaf.base);
     append(out, leaf.axis);
     append(out, leaf.normal);
     for (const double size : {leaf.length, leaf.width, leaf.area, leaf.mass}) append(out, size);
+    if (leaf.is_ribbon) append(out, leaf.end_width);
     out += '\n';
   }
   return out;

@@ -15,7 +15,7 @@ SparseMatrices assemble_sparse(const BeamTree& tree) {
     if (tree.is_loaded()) {
       add_element(geometric_blocks(tree.geometric[index], tree.reach[index]), parent_row, row, stiffness);
     }
-    ElementBlocks blocks = mass_blocks(tree.masses[index], direction);
+    ElementBlocks blocks = mass_blocks(tree, index);
     const Mat6 to_start = rigid_carry(tree.members[index].start_arm);
     blocks.start = to_start.transpose() * blocks.start * to_start;
     blocks.cross = to_start.transpose() * blocks.cross;

@@ -241,7 +241,8 @@ void find_seen(const VisibilityBuffer& view, int samples, int x, int y, std::vec
 }
 
 // Each triangle (and the background) is shaded once per pixel, in the middle of the samples that see it.
-Image shade(const PictureScene& scene, const VisibilityBuffer& view, const RenderOptions& options) {
+Image shade(const PictureScene& scene, const VisibilityBuffer& view, const RenderOptions& options,
+            float water_scale) {
   Image image{options.width, options.height, {}};
   image.rgb.resize(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
   tbb::parallel_for(0, image.height, [&](int y) {
@@ -256,8 +257,12 @@ Image shade(const PictureScene& scene, const VisibilityBuffer& view, const Rende
           return (static_cast<float>(total) / static_cast<float>(s.count) + 0.5F) / static_cast<float>(size);
         };
         const Vector3f direction = scene.eye.ray(mean_of(s.x, view.width), mean_of(s.y, view.height));
-        const Rgb color = s.triangle == no_triangle ? shade_ground(scene, direction, turn)
-                                                    : shade_triangle(scene, s.triangle, direction, turn);
+        Rgb color = s.triangle == no_triangle ? shade_ground(scene, direction, turn)
+                                              : shade_triangle(scene, s.triangle, direction, turn);
+        if (scene.under_water && s.triangle != no_triangle) {
+          const Vector3f& place = scene.drawn.positions[scene.drawn.triangles[3 * std::size_t{s.triangle}]];
+          color = through_water(color, direction, (place - scene.eye.position).norm(), water_scale);
+        }
         sum += static_cast<float>(s.count) * color;
       }
       sum /= static_cast<float>(options.samples * options.samples);
@@ -276,9 +281,11 @@ Image render_surface(const Surface& surface, std::span<const Vector3f> positions
   Drawn drawn = draw_list(surface, positions, normals);
   Ground ground = ground_of(surface, moved, camera, options);
   Light light = light_of(drawn, moved, ground, direction_of_sun(camera, options), options);
-  const VisibilityBuffer view = see(drawn, camera, moved.middle().cast<double>(), options);
-  return shade({std::move(drawn), eye_of(camera, options), std::move(ground), std::move(light)}, view,
-               options);
+  const Vec3 middle = moved.middle().cast<double>();
+  const VisibilityBuffer view = see(drawn, camera, middle, options);
+  return shade(
+      {std::move(drawn), eye_of(camera, options), std::move(ground), std::move(light), options.under_water},
+      view, options, static_cast<float>((camera.eye - middle).norm()));
 }
 
 }  // namespace tremula

@@ -22,6 +22,7 @@ struct RenderOptions {
   double exposure = 1.8;              // 0.001 … 1000
   std::optional<double> ground = {};  // its height [m]; if not given, the lowest point of the surface at rest
   bool draw_ground = true;
+  bool under_water = false;  // sand for grass, and water that swallows what is far
 };
 
 // `positions` and `normals` (V each) take the place of those at rest. Throws InputError where sizes do not

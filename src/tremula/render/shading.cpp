@@ -33,6 +33,14 @@ Rgb backdrop(const Vector3f& direction) {
   return horizon + (low - horizon) * (1 - std::exp(8.0F * height));
 }
 
+// Water lit from above: bright towards the surface, dim below.
+Rgb water_behind(const Vector3f& direction) {
+  const float height = direction.z();
+  const Rgb middle(0.10F, 0.33F, 0.42F), surface(0.50F, 0.78F, 0.82F), deep(0.04F, 0.15F, 0.21F);
+  if (height >= 0) return middle + (surface - middle) * (1 - std::exp(-2.2F * height));
+  return middle + (deep - middle) * (1 - std::exp(3.0F * height));
+}
+
 // Bark, by how high it stands out and how bright it is there, both around 0. Dark bark has furrows along the
 // stem, pale bark short marks across it. Each scale is faded out before it is finer than a pixel.
 struct Bark {
@@ -189,7 +197,7 @@ std::size_t Drawn::part_of(std::uint32_t triangle) const {
 }
 
 Rgb shade_ground(const PictureScene& scene, const Vector3f& direction, float turn) {
-  const Rgb behind = backdrop(direction);
+  const Rgb behind = scene.under_water ? water_behind(direction) : backdrop(direction);
   const Vector3f& eye = scene.eye.position;
   if (!scene.ground.drawn || direction.z() > -1e-4F || eye.z() <= scene.ground.height) return behind;
   const float distance = (scene.ground.height - eye.z()) / direction.z();
@@ -207,7 +215,8 @@ Rgb shade_ground(const PictureScene& scene, const Vector3f& direction, float tur
   };
   const float patches = layer(13, 11) + 0.6F * layer(41, 12);
   const float grain = layer(160, 13) + layer(460, 14) + 0.8F * layer(1300, 15);
-  const Rgb albedo = ground_color.cwiseProduct(Rgb(1 + 0.3F * patches, 1 + 0.1F * patches, 1)) *
+  const Rgb albedo = (scene.under_water ? sand_color : ground_color)
+                         .cwiseProduct(Rgb(1 + 0.3F * patches, 1 + 0.1F * patches, 1)) *
                      (1 + 0.2F * patches + 0.22F * grain);
 
   const float sun = scene.light.sun.visible_share(point, Vector3f::UnitZ(), turn) * scene.light.to_sun.z();
@@ -223,11 +232,18 @@ Rgb shade_ground(const PictureScene& scene, const Vector3f& direction, float tur
   return behind + presence * (tone(light) - behind);
 }
 
+Rgb through_water(const Rgb& color, const Vector3f& direction, float distance, float scale) {
+  const float way = distance / scale;
+  const Rgb dyed =
+      color.cwiseProduct(Rgb(std::exp(-0.55F * way), std::exp(-0.10F * way), std::exp(-0.06F * way)));
+  return water_behind(direction) + std::exp(-0.35F * way) * (dyed - water_behind(direction));
+}
+
 Rgb shade_triangle(const PictureScene& scene, std::uint32_t triangle, const Vector3f& direction, float turn) {
   const Spot spot = find_spot(scene, triangle, direction, turn);
   const std::string& name = scene.drawn.surface.parts[spot.part].material.name;
   if (name == "bark") return shade_bark(scene, spot);
-  if (name == "leaf") return shade_leaf(scene, spot);
+  if (name == "leaf" || name == "ribbon") return shade_leaf(scene, spot);
   return shade_dull(scene, spot, spot.normal, scene.drawn.colors[spot.part]);
 }
 

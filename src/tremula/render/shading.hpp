@@ -63,6 +63,7 @@ struct PictureScene {
   Eye eye;
   Ground ground;
   Light light;
+  bool under_water = false;
 };
 
 // Light and colours of a bright day with a little haze; radiances.
@@ -70,11 +71,16 @@ inline const Rgb sun_light = Rgb(1.0F, 0.90F, 0.74F) * 3.3F;
 inline const Rgb sky_zenith = Rgb(0.40F, 0.52F, 0.74F) * 0.95F;
 inline const Rgb sky_horizon = Rgb(0.86F, 0.90F, 0.94F) * 0.85F;
 inline const Rgb ground_color(0.135F, 0.205F, 0.055F);
+inline const Rgb sand_color(0.40F, 0.34F, 0.22F);
 
 // What is seen in `direction` (unit) where no triangle is, and on a triangle that is; as the screen shows it,
 // linear, 0 to 1 or a little above. `turn` in [0, 1) turns the pattern of the shadow's samples.
 Rgb shade_ground(const PictureScene& scene, const Eigen::Vector3f& direction, float turn);
 Rgb shade_triangle(const PictureScene& scene, std::uint32_t triangle, const Eigen::Vector3f& direction,
                    float turn);
+
+// What is left of a colour seen in that direction through so much water; `scale`: as much as the picture is
+// made for [m].
+Rgb through_water(const Rgb& color, const Eigen::Vector3f& direction, float distance, float scale);
 
 }  // namespace tremula

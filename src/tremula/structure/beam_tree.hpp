@@ -37,8 +37,9 @@ struct StructureOptions {
   Section section = Section::exact;
   bool rotatory_inertia = true;  // of the sections about their diameters; that about the axis always counts
   RootSpring root = {};
-  // Of a fluid that moves with the branches across their axes [kg/m^3]: a cylinder of fluid as large as the
-  // branch (added mass, coefficient 1). Matters in water; 0 in air.
+  // Of a fluid that moves with the plant [kg/m^3]: across a branch a cylinder of fluid as large as the branch
+  // (added mass, coefficient 1), across a blade the cylinder about its width (Lamb 1932, section 71). Matters
+  // in water; 0 in air.
   double added_mass_density = 0;
   // The shape a skeleton has is its shape under its own weight, along -z [m/s^2]: weight adds no sag, it
   // makes what stands softer and what hangs stiffer. `assemble` heeds it. 0: none.
@@ -60,6 +61,11 @@ struct LoadedBranch {
   Mat6 root = Mat6::Zero();  // lower triangular
 };
 
+// Blocks of a symmetric matrix over the displacements of the start and the end of a branch, world axes.
+struct ElementBlocks {
+  Mat6 start = Mat6::Zero(), cross = Mat6::Zero(), end = Mat6::Zero();  // (start, start), (start, end), …
+};
+
 // One entry per branch in every array, parents before children. A branch on a spring is condensed into one
 // with it (Beam::base): the spring's far side, the ground, is what carries the branch and stands still, so
 // nothing that works with `compliances`, `masses` or Shape need know of the spring.
@@ -70,6 +76,10 @@ struct BeamTree {
   std::vector<Compliance> compliances;
   std::vector<ElementMass> masses;     // of wood and of the leaves the branch carries
   std::vector<BladeSite> blades = {};  // the leaves, in any order
+  // (N) Mass of the fluid that blades move along their normals. Unlike `masses` it knows directions across
+  // the branch. Empty where there is none.
+  std::vector<ElementBlocks> blade_water = {};
+  double fluid_density = 0;  // StructureOptions::added_mass_density
   // Of a tree under load (under_load); of another both are empty.
   std::vector<GeometricStiffness> geometric = {};
   std::vector<LoadedBranch> loaded = {};
@@ -87,6 +97,9 @@ void check_root(const RootSpring& spring);
 // check_skeleton does not pass (leaves may be masses without a size).
 // Functions below throw it for vectors of another size.
 BeamTree assemble_tree(const Skeleton& skeleton, const StructureOptions& options);
+
+// What blades move along their normals as these now are; assemble_tree does it, and whoever turns them.
+void set_blade_water(BeamTree& tree);
 
 // M u.  (6N) -> (6N)
 Eigen::VectorXd apply_mass(const BeamTree& tree, const Eigen::VectorXd& displacement);

@@ -33,6 +33,15 @@ ElementBlocks mass_blocks(const ElementMass& mass, const Vec3& direction) {
   return {between(0, 0), between(0, 1), between(1, 1)};
 }
 
+ElementBlocks mass_blocks(const BeamTree& tree, std::size_t k) {
+  ElementBlocks blocks = mass_blocks(tree.masses[k], tree.members[k].direction);
+  if (tree.blade_water.empty()) return blocks;
+  blocks.start += tree.blade_water[k].start;
+  blocks.cross += tree.blade_water[k].cross;
+  blocks.end += tree.blade_water[k].end;
+  return blocks;
+}
+
 ElementBlocks stiffness_blocks(const Compliance& c, const Vec3& direction, const Vec3& reach) {
   const double determinant = c.deflection * c.slope_held, coupling = -c.deflection_slope / determinant;
   const Mat6 end = block(1 / c.axial, 1 / c.torsion, c.slope / determinant, coupling, coupling,

@@ -14,13 +14,10 @@ namespace tremula {
 // Carries a displacement rigidly along an arm: (u, theta) -> (u + theta x arm, theta).
 Mat6 rigid_carry(const Vec3& arm);
 
-// Blocks of a symmetric matrix over the displacements of start and end.
-struct ElementBlocks {
-  Mat6 start, cross, end;  // (start, start), (start, end), (end, end)
-};
-
 // Of the consistent mass. direction: unit vector.
 ElementBlocks mass_blocks(const ElementMass& mass, const Vec3& direction);
+// Of branch k of a tree, with the fluid that its blades move.
+ElementBlocks mass_blocks(const BeamTree& tree, std::size_t k);
 
 // Of the stiffness: C^-1 on the displacement of the end relative to the rigidly carried start. reach: from
 // what counts as the start to the end; longer than the beam where a rigid arm leads to it.

@@ -29,6 +29,7 @@ BeamTree part_of(const BeamTree& tree, std::span<const int> branches) {
     part.members.back().end_row = Eigen::Index{6} * (part.branch_count() - 1);
     part.compliances.push_back(tree.compliances[k]);
     part.masses.push_back(tree.masses[k]);
+    if (!tree.blade_water.empty()) part.blade_water.push_back(tree.blade_water[k]);
     if (tree.is_loaded()) {
       part.geometric.push_back(tree.geometric[k]);
       part.loaded.push_back(tree.loaded[k]);

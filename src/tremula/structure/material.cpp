@@ -20,6 +20,11 @@ Material green_stem(const char* name, double youngs_modulus, double density, dou
           modulus_of_rupture};
 }
 
+// Soft and full of water, which hardly lets itself be pressed: Poisson's ratio is a half.
+Material water_plant(const char* name, double youngs_modulus, double density, const char* source) {
+  return {name, youngs_modulus, youngs_modulus / 3, density, source};
+}
+
 }  // namespace
 
 const std::vector<Material>& material_presets() {
@@ -38,6 +43,17 @@ const std::vector<Material>& material_presets() {
       {"walnut", 11.3e9, 11.3e9 / (2 * (1 + 0.38)), 805,
        "Rodriguez, de Langre & Moulia 2008, Am. J. Bot. 95: E, density, Poisson's ratio 0.38"},
       {"paper", 1e8, 1e5, 1e3, "Stam 1997, appendix A: chosen for looks, far softer than wood"},
+      water_plant(
+          "kelp", 1.3e7, 1050,
+          "stipe of Macrocystis, 13 MPa (Denny & Gaylord 2002, as remembered); Utter & Denny 1996 have "
+          "19 MPa at full strain; density of Zhu et al. 2021; G = E/3"),
+      water_plant("seagrass", 3e8, 800,
+                  "blade of Zostera, 0.05 to 0.3 GPa and 700 to 900 kg/m^3 (Fonseca & Kenworthy, as "
+                  "remembered); the model of Luhar et al. 2017 has 0.3 GPa; G = E/3"),
+      water_plant(
+          "seaweed", 4e6, 1050,
+          "Saccharina latissima, 4 +- 3 MPa (Vettori & Nikora 2017) and 1050 +- 30 kg/m^3 (Zhu et al. "
+          "2021); G = E/3"),
   };
   return presets;
 }

@@ -33,7 +33,7 @@ std::vector<int> negative_pivots(const BeamTree& tree, double omega) {
   for (int k = tree.branch_count() - 1; k >= 0; --k) {
     const auto index = static_cast<std::size_t>(k);
     const Vec3& direction = tree.members[index].direction;
-    const ElementBlocks mass = mass_blocks(tree.masses[index], direction);
+    const ElementBlocks mass = mass_blocks(tree, index);
     const Mat6 end = minus_square * mass.end + carried[index];
     const Mat6 root = compliance_root(tree.compliances[index], direction);
     const bool loaded = tree.is_loaded();

@@ -28,6 +28,8 @@ constexpr Range youngs_modulus_range{1e5, 1e11};  // [Pa]
 constexpr Range shear_modulus_range{1e4, 2e10};   // [Pa]
 // Tall trees sway at 0.1 Hz, bare twigs of a hand's length at 100.
 constexpr Range frequency_range{0.01, 1000};  // [Hz]
+// Stipes of Macrocystis break at 0.25 to 0.33, of Nereocystis at 0.4.
+constexpr double torn_strain = 0.25;
 
 template <class... Numbers>
 std::string print(const char* format, Numbers... numbers) {
@@ -89,6 +91,29 @@ std::string about_density(double density) {
   return line;
 }
 
+// How far what floats pulls a branch, and which.
+struct Pulled {
+  int branch = -1;
+  double strain = 0;
+};
+Pulled most_pulled(const Skeleton& skeleton, const StructureOptions& options) {
+  std::vector<double> lift(skeleton.branches.size(), 0.0);  // of what is beyond the start of each [N]
+  Pulled most;
+  for (int k = skeleton.branch_count() - 1; k >= 0; --k) {
+    const auto index = static_cast<std::size_t>(k);
+    const Branch& branch = skeleton.branches[index];
+    const double a = branch.start_radius, b = branch.end_radius, share = tube_share(branch.wall).area;
+    const double volume = std::numbers::pi / 3 * branch.length() * (a * a + a * b + b * b);
+    lift[index] += options.gravity * volume * (options.added_mass_density - options.material.density * share);
+    const double thinnest = std::numbers::pi * std::min(a, b) * std::min(a, b) * share;
+    const double strain = lift[index] / (options.material.youngs_modulus * thinnest);
+    if (strain > most.strain) most = {k, strain};
+    if (const int parent = skeleton.parent(k); parent >= 0)
+      lift[static_cast<std::size_t>(parent)] += lift[index];
+  }
+  return most;
+}
+
 }  // namespace
 
 std::vector<std::string> plausibility(const Skeleton& skeleton, const StructureOptions& options,
@@ -128,6 +153,15 @@ std::vector<std::string> plausibility(const Skeleton& skeleton, const StructureO
   if (!shear_modulus_range.holds(wood.shear_modulus)) {
     lines.push_back(
         about_modulus("the shear modulus", "--shear-modulus", wood.shear_modulus, 7e8, shear_modulus_range));
+  }
+  if (options.added_mass_density > 0) {
+    const Pulled most = most_pulled(skeleton, options);
+    if (most.strain > torn_strain) {
+      lines.push_back(
+          print("what floats stretches branch %d by %.3g %%; kelp tears at 25 to 40 %%. Are floats too large "
+                "or stems too thin?",
+                most.branch, 100 * most.strain));
+    }
   }
   if (lowest_frequency && !frequency_range.holds(*lowest_frequency)) {
     lines.push_back(

@@ -192,10 +192,11 @@ DeadLoads weight(const Skeleton& skeleton, const StructureOptions& options) {
   const Vec3 down(0, 0, -options.gravity);
   const double fluid = options.added_mass_density;
   DeadLoads loads;
-  loads.per_volume.assign(skeleton.branches.size(), (options.material.density - fluid) * down);
+  for (const Branch& branch : skeleton.branches)
+    loads.per_volume.push_back((options.material.density - fluid / tube_share(branch.wall).area) * down);
   for (const Leaf& leaf : skeleton.leaves) {
-    constexpr double water = 1000;  // [kg/m^3]
-    loads.points.push_back({leaf.branch, leaf.position, leaf.mass * std::max(0.0, 1 - fluid / water) * down});
+    loads.points.push_back(
+        {leaf.branch, leaf.position, leaf.mass * std::max(0.0, 1 - fluid / blade_density) * down});
   }
   return loads;
 }

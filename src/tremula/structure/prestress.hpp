@@ -38,7 +38,9 @@ struct DeadLoads {
 void check_dead_loads(const BeamTree& tree, const DeadLoads& loads);
 
 // Gravity on wood and leaves. In a fluid (StructureOptions::added_mass_density) wood weighs less by as much
-// fluid; the volume of leaves is not known, and is taken to be that of as much water.
+// fluid, and a tube, whose bore is full of gas and sealed, by all of what it displaces: what is lighter is
+// pulled up, and so are the floats of kelp. The volume of leaves is not known, and is taken to be that of as
+// much water.
 DeadLoads weight(const Skeleton& skeleton, const StructureOptions& options);
 
 // The second-order potential of the loads on a tree without (its own `geometric` counts for nothing). (N)

@@ -142,14 +142,16 @@ Sites find_sites(std::span<const Member> members, std::shared_ptr<const void> ow
       const double length = beam.length * point.weight;
       result.sites.push_back({index, SiteKind::cylinder, member.direction, diameter * length, point.position,
                               (beam.start_radius + beam.end_radius) * length,
+                              std::numbers::pi / 4 * diameter * diameter * length,
                               std::numbers::pi / 4 * diameter * diameter * length});
       beams->holds.push_back({index, point.position});
     }
     if (blades_of.empty()) continue;
-    for (const std::size_t blade : blades_of[k]) {
-      result.sites.push_back(
-          {index, SiteKind::blade, blades[blade].normal, blades[blade].area, blades[blade].place, 0});
-      beams->holds.push_back({index, blades[blade].place});
+    for (const std::size_t i : blades_of[k]) {
+      const BladeSite& blade = blades[i];
+      result.sites.push_back({index, blade.is_ribbon ? SiteKind::ribbon : SiteKind::blade, blade.normal,
+                              blade.area, blade.place, 0, blade.mass / blade_density, blade.carried});
+      beams->holds.push_back({index, blade.place});
     }
   }
   result.motion = [beams](std::size_t first, std::size_t last,

@@ -16,6 +16,7 @@ namespace tremula {
 enum class SiteKind {
   cylinder,  // wood: the wind across its axis counts
   blade,     // a leaf, which folds and turns in the wind; it may have lift along its normal
+  ribbon,    // a piece of a long blade that stays flat: the flow through its plane, and friction along it
   plate,     // a piece of a sheet: the wind through its plane counts
 };
 
@@ -26,7 +27,8 @@ struct Site {
   double area = 0;            // diameter times length, or one side of the blade or plate [m^2]
   double place = 0;           // along its member, 0 start … 1 end
   double mean_area = 0;       // the same with the mean diameter of the cylinder, as S eq. 3 has one a branch
-  double volume = 0;          // of the cylinder; of a blade 0 [m^3]
+  double volume = 0;          // that it takes in the fluid [m^3]
+  double carried = 0;         // of the fluid that moves with it across its axis, or across its blade [m^3]
 };
 
 // One wind a point, as S eq. 4 has one a branch, and several sites that feel it.
@@ -63,9 +65,14 @@ struct BladeSite {
   int member = 0;
   double place = 1;  // along the member, 0 start … 1 end
   Vec3 normal = Vec3::UnitZ();
-  double area = 0;  // one side [m^2]
-  double mass = 0;  // [kg]
+  double area = 0;         // one side [m^2]
+  double mass = 0;         // [kg]
+  double carried = 0;      // of the fluid that moves with it along its normal [m^3]
+  bool is_ribbon = false;  // as Leaf::is_ribbon
 };
+
+// A blade is as heavy as the water that it displaces: nobody measures the volume of leaves.
+inline constexpr double blade_density = 1000;  // [kg/m^3]
 
 // Of beams with one point each, in the middle: four sites a member, at the Gauss points of the integrals over
 // its length, and one a blade, where its member carries it. `owner` keeps the members. row_count: of the

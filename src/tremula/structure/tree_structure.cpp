@@ -35,8 +35,10 @@ EigenProblem plain_problem(const Tree& tree) {
       .count_below = [tree](double omega) { return count_modes_below(*tree, omega); }};
 }
 
+// The packed operator has masses that know no direction across a branch: blades in water want the plain one.
 EigenProblem packed_problem(const Tree& tree) {
   EigenProblem problem = plain_problem(tree);
+  if (!tree->blade_water.empty()) return problem;
   const auto compliance_operator = std::make_shared<ComplianceOperator>(*tree);
   problem.size = compliance_operator->size();
   problem.apply = [compliance_operator](Eigen::Ref<const Eigen::VectorXd> in,
@@ -84,7 +86,7 @@ GroundInertia ground_inertia(const BeamTree& tree) {
   translation << Mat3::Identity(), Mat3::Zero();
   for (int k = 0; k < tree.branch_count(); ++k) {
     const auto index = static_cast<std::size_t>(k);
-    const ElementBlocks mass = mass_blocks(tree.masses[index], tree.members[index].direction);
+    const ElementBlocks mass = mass_blocks(tree, index);
     const SixByThree at_start = (mass.start + mass.cross) * translation;
     const SixByThree at_end = (mass.cross.transpose() + mass.end) * translation;
     result.total_mass += at_start(0, 0) + at_end(0, 0);
@@ -137,6 +139,7 @@ BeamTree bent_tree(const Structure& structure, const std::vector<BentBranch>& be
     const std::size_t k = index_of(blade.member);
     blade.normal = point_on(structure.tree->members[k], bent[k], blade.place).frame * blade.normal;
   }
+  set_blade_water(standing);
   return standing;
 }
 

@@ -149,6 +149,19 @@ void check_waves(const Waves& waves) {
             " m of water at a peak period of " + number_text(waves.peak_period) + " s");
 }
 
+Waves wind_waves(double wind_speed, double water_depth) {
+  for (const auto& [what, value] :
+       {std::pair{"wind over the water", wind_speed}, std::pair{"depth of the water", water_depth}}) {
+    if (!(value > 0 && std::isfinite(value))) throw InputError(what, number_text(value), "above 0");
+  }
+  const double depth = gravity * water_depth / (wind_speed * wind_speed);
+  Waves waves{.water_depth = water_depth};
+  waves.significant_height =
+      wind_speed * wind_speed / gravity * 0.283 * std::tanh(0.530 * std::pow(depth, 0.75));
+  waves.peak_period = wind_speed / gravity * 7.54 * std::tanh(0.833 * std::pow(depth, 0.375));
+  return waves;
+}
+
 double wave_number(double omega, double water_depth) {
   if (!(omega > 0)) return 0;
   // In units of the depth: x tanh x = d. From above in deep water, from the long wave else; Newton's steps

@@ -27,6 +27,18 @@ struct Waves {
 // waves that would break: higher than 0.6 of the depth, or than a seventh of their length (H_s, at T_p).
 void check_waves(const Waves& waves);
 
+// Height and period of the waves under a wind [m/s] that has blown for long over water everywhere as deep
+// [m]:
+//
+//   g H_s/U^2 = 0.283 tanh(0.530 (g h/U^2)^(3/4)),   g T_p/U = 7.54 tanh(0.833 (g h/U^2)^(3/8))
+//
+// (Shore Protection Manual 1984, eq. 3-39 and 3-40, for a long fetch); in deep water a fully developed sea.
+// They never break. Throws InputError for a wind or a depth that is not above 0.
+Waves wind_waves(double wind_speed, double water_depth);
+
+// What part of the wind's speed the water under it takes up as a current: 2 to 3.5 per cent at the surface.
+inline constexpr double wind_drift = 0.03;
+
 // k of omega^2 = g k tanh(k h) [1/m], to 15 digits. omega [rad/s] 0 or more, depth [m] above 0.
 double wave_number(double omega, double water_depth);
 
