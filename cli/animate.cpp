@@ -7,6 +7,7 @@
 #include "tremula/deformation/sheet_pose.hpp"
 #include "tremula/dynamics/flutter.hpp"
 #include "tremula/io/gauge_table.hpp"
+#include "tremula/io/gust_table.hpp"
 #include "tremula/io/html.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/structure/plausibility.hpp"
@@ -15,6 +16,7 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <iostream>
 #include <limits>
 #include <memory>
 #include <numbers>
@@ -195,6 +197,39 @@ WrittenModel model_of(const Loop& loop, const std::string& bytes, double error) 
   return model;
 }
 
+// AMPLITUDE:DURATION or AMPLITUDE:DURATION:START, of a whole text.
+OneMinusCosine parse_gust(const std::string& text, const std::string& numbers) {
+  double values[3] = {};
+  std::size_t count = 0;
+  const char *at = numbers.data(), *end = at + numbers.size();
+  while (count < 3) {
+    const auto read = std::from_chars(at, end, values[count]);
+    if (read.ec != std::errc{} || !std::isfinite(values[count])) break;
+    ++count;
+    at = read.ptr;
+    if (at == end || *at != ':') break;
+    ++at;
+  }
+  if (at != end || count < 2 || numbers.ends_with(':')) {
+    throw InputError("--gust", "'" + text + "'",
+                     "an amplitude [m/s], a duration [s] and perhaps a start [s], such as 1-cosine:8:2.5");
+  }
+  return {values[0], values[1], values[2]};
+}
+
+// A pull that bends the plant beyond what is linear.
+std::vector<std::string> warnings_of(const PullTest& test, const Structure& structure) {
+  constexpr double far = 0.3;  // of the height
+  const Member& member = structure.members[static_cast<std::size_t>(test.pull.place.branch)];
+  const double height = member.point(test.pull.place.place).z() - ground_height(structure);
+  const double pulled = test.released_from.norm();
+  if (!(pulled > far * height)) return {};
+  return {
+      printed("the pull moves the plant by %.2g m at a height of %.2g m: too far for modes, which are of "
+              "small displacements; pull less",
+              pulled, height)};
+}
+
 std::string told(const WrittenModel& model) {
   const std::string off = printed(", %.2g m off the poses at most", model.largest_error);
   if (model.form != "skin") return "morph targets" + (model.largest_error > 0 ? off : "");
@@ -233,10 +268,47 @@ double AnimateCommand::current_under(double wind_speed) const {
   return current.value_or(under_water->current + wind_drift * wind_speed);
 }
 
+bool AnimateCommand::asks_for_turbulence() const {
+  const auto given = [](const CLI::Option* option) { return option->count() > 0; };
+  return wind_flags.turbulence_intensity || wind_flags.friction_velocity ||
+         std::ranges::any_of(wind_flags.of_turbulence, given);
+}
+
+// A pull is let go in still air, and what a script says blows smoothly, unless flags want more.
+WindFlags AnimateCommand::flags_of_wind() const {
+  WindFlags flags = wind_flags;
+  if (pull.empty() && gust.empty()) return flags;
+  if (!pull.empty() && flags.speed_option->count() == 0) flags.speed = 0;
+  if (!asks_for_turbulence()) flags.turbulence_intensity = 0;
+  return flags;
+}
+
+// A clip is as long as the table, unless somebody says how long; what blows is the script's wind on the
+// average.
+void AnimateCommand::read_gust(const CLI::App& flags) {
+  if (gust.empty()) return;
+  constexpr std::string_view discrete = "1-cosine:";
+  if (gust.starts_with(discrete)) {
+    const double speed = flags_of_wind().mean_wind().speed;
+    script = GustScript{{{0, speed, wind_flags.heading}}, parse_gust(gust, gust.substr(discrete.size()))};
+  } else if (std::filesystem::exists(gust)) {
+    script = read_gust_table(gust, wind_flags.heading);
+    if (flags.count("--period") == 0 && script->rows.back().time > 0) period = script->rows.back().time;
+  } else {
+    throw InputError("--gust", "'" + gust + "'", "1-cosine:AMPLITUDE:DURATION[:START] or a table FILE.csv");
+  }
+  const GustRow mean = mean_of(*script, weather({}).loop);
+  if (!(mean.speed > 0))
+    throw InputError("--gust", "no wind while the clip lasts", "a gust or a --wind-speed above 0 m/s");
+  wind_flags.speed = mean.speed;
+  wind_flags.heading = mean.heading;
+}
+
 ChosenWind AnimateCommand::chosen_wind() const {
   if (wind == "turbulent") {
-    const TurbulentWind turbulent = wind_flags.wind();
-    return {turbulent, describe(wind_flags, turbulent)};
+    const WindFlags flags = flags_of_wind();
+    const TurbulentWind turbulent = flags.wind();
+    return {turbulent, describe(flags, turbulent)};
   }
   if (is_stam()) {
     const StamWind stam = stam_wind();
@@ -324,6 +396,8 @@ Weather AnimateCommand::weather(const Wind& blowing) const {
   weather.static_correction = !no_static_correction;
   weather.dynamics = kinds_of_dynamics.at(dynamics);
   weather.oscillators = {.modes = oscillator_modes, .carried_mass = carried_mass};
+  weather.script = script;
+  weather.from_rest = from_rest;
   const double samples = period * frames_per_second;
   if (!(samples >= 1 && samples <= 1 << 24)) {
     throw InputError("--period " + std::to_string(period) + " at --fps " + std::to_string(frames_per_second),
@@ -344,9 +418,10 @@ std::vector<int> AnimateCommand::picked_frames(int sample_count) const {
       const auto two = std::from_chars(one.ptr + 1, end, last);
       good = *one.ptr == '-' && two.ec == std::errc{} && two.ptr == end;
     }
-    if (!good || first < 0 || first > last || last > sample_count) {
+    const int most = is_clip() ? sample_count - 1 : sample_count;  // a loop begins again
+    if (!good || first < 0 || first > last || last > most) {
       throw InputError("--frames", "'" + frames + "'",
-                       "a frame or a range such as 10-20 within 0-" + std::to_string(sample_count));
+                       "a frame or a range such as 10-20 within 0-" + std::to_string(most));
     }
   }
   std::vector<int> picked(static_cast<std::size_t>(last - first + 1));
@@ -416,7 +491,8 @@ Dynamics AnimateCommand::dynamics_of(const CLI::App& flags, const Plant& plant, 
     return kinds_of_dynamics.at(dynamics);
   }
   const SheetOptions options = structure.sheet_options(input);
-  const bool chosen = flags.count("--dynamics") > 0 || loads.pose == "linear" || loads.model == "paper";
+  const bool chosen =
+      flags.count("--dynamics") > 0 || is_clip() || loads.pose == "linear" || loads.model == "paper";
   if (chosen || !flaps(*plant.sheet, options, wind_at_middle(*plant.sheet, blowing)))
     return kinds_of_dynamics.at(dynamics);
   return Dynamics::flapping;
@@ -525,13 +601,15 @@ std::shared_ptr<const Rig> AnimateCommand::fit_bones(const Subject& subject, con
 }
 
 // Whatever the flags and the files they name have wrong is said before the work begins.
-void AnimateCommand::run(const CLI::App& flags) const {
+void AnimateCommand::run(const CLI::App& flags) {
   const std::vector<const LoopWriter*> writers = output_writers();
   check_flags(flags, writers);
   Outputs files(output_places(), {{"INPUT", input},
                                   {"--wind", wind},
                                   {"--spectrum", wind_flags.spectrum},
-                                  {"--profile", wind_flags.profile}});
+                                  {"--profile", wind_flags.profile},
+                                  {"--gust", gust}});
+  read_gust(flags);
   const std::vector<NamedWind> clips = parse_clips(clip_texts);
   const ChosenWind blowing = clips.empty() ? chosen_wind() : wind_of(clips[0]);
   Weather conditions = weather(blowing.wind);
@@ -553,6 +631,12 @@ void AnimateCommand::run(const CLI::App& flags) const {
     conditions.wind = add_waves(conditions.wind, *sea);
   }
   conditions.gauges = placed_gauges(plant);
+  if (!pull.empty()) {
+    need_tree(plant, "--pull");
+    conditions.pull = place_pull(plant.imported.skeleton, pull, pull_heading.value_or(wind_flags.heading));
+  } else if (is_clip() && plant.sheet) {
+    throw InputError(gust.empty() ? "--from-rest" : "--gust", "a sheet", "a tree or a frame");
+  }
   if (!report.empty() && plant.is_tree()) conditions.most_strained = 10;
   const int modes = modes_of(plant, warnings);
   if (mode_count > modes) options.modes.count = all_modes;
@@ -583,11 +667,16 @@ void AnimateCommand::run(const CLI::App& flags) const {
                                       conditions.wind.reference.heading);
   const DampingBySource damping = moved.motion.damping;
   const Vec3 mean_drag = moved.motion.mean_drag;
+  const std::optional<PullTest> test = moved.motion.pull;
+  if (test) warnings.add(warnings_of(*test, subject.structure));
   std::shared_ptr<const Rig> rig;
   if (has_skin && write_options.on_bones) {
     if (mean_only) moved.motion = lean_alone(std::move(moved.motion));
     const double speed = conditions.wind.reference.speed;
-    std::vector<ClipSource> sources{{clips.empty() ? "wind loop" : clips[0].name, &moved.motion, speed}};
+    std::vector<ClipSource> sources{{!clips.empty() ? clips[0].name
+                                     : is_clip()    ? "clip"
+                                                    : "wind loop",
+                                     &moved.motion, speed}};
     for (std::size_t i = 1; i < clips.size(); ++i)
       sources.push_back({clips[i].name, &other_clips[i - 1], clips[i].wind_speed});
     rig = fit_bones(subject, surface, sources, writes("html"), writes("glb"), log, warnings);
@@ -614,12 +703,14 @@ void AnimateCommand::run(const CLI::App& flags) const {
                     moved.statistics,
                     damping,
                     mean_drag,
+                    test,
                     warnings.lines,
                     writes("glb") ? std::optional(written) : std::nullopt};
     files.add(report, text_of(report_of(done, log)));
   }
   files.commit();
   files.announce();
+  if (test) std::cerr << "tremula: " << told(*test) << '\n';
 }
 
 }  // namespace tremula::cli

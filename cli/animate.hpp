@@ -68,6 +68,7 @@ struct Done {
   const MotionStatistics& statistics;
   const DampingBySource& damping;
   const Vec3& mean_drag;
+  const std::optional<PullTest>& pull;
   const std::vector<std::string>& warnings;
   const std::optional<WrittenModel>& model;
 };
@@ -81,6 +82,9 @@ struct AnimateCommand {
   std::string input, report, format;
   std::vector<std::string> outputs, clip_texts;
   bool mean_only = false;
+  std::string pull, gust;              // what is let go; what the wind does
+  std::optional<double> pull_heading;  // [degrees]
+  bool from_rest = false;
   WindFlags wind_flags;
   std::string wind = "turbulent", transfer = "bin-averaged";
   std::string waves;                                           // significant height and peak period
@@ -109,9 +113,15 @@ struct AnimateCommand {
   bool is_damped_by_ratio() const {
     return !mass_damping && !stiffness_damping && !decay_time && mode_damping.empty();
   }
+  bool is_clip() const { return !pull.empty() || !gust.empty() || from_rest; }
   bool is_field() const { return lower_extension(wind) == ".bts"; }
   void settle_in(const Habitat& habitat, const CLI::App& flags);
   double current_under(double wind_speed) const;
+  std::optional<GustScript> script = {};  // of --gust, once run() has read it
+
+  bool asks_for_turbulence() const;
+  void read_gust(const CLI::App& flags);
+  WindFlags flags_of_wind() const;
   ChosenWind chosen_wind() const;
   ChosenWind wind_of(const NamedWind& clip) const;
   StamWind stam_wind() const;
@@ -120,6 +130,7 @@ struct AnimateCommand {
   std::vector<int> picked_frames(int sample_count) const;
   std::vector<const LoopWriter*> output_writers() const;
   void check_flags(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
+  void check_clip_flags(const CLI::App& flags) const;
   std::vector<Place> output_places() const;
   Plant read_plant(StageLog& log) const;
   int modes_of(const Plant& plant, WarningLog& warnings) const;
@@ -143,8 +154,12 @@ struct AnimateCommand {
                               const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
                               double model_error, StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
-  void run(const CLI::App& flags) const;
+  void run(const CLI::App& flags);
 };
+
+// What a pull was and what came of it, for the report and in a line.
+Json describe(const PullTest& test);
+std::string told(const PullTest& test);
 
 // Stress at the feet of the branches that bear most, beside what they can bear.
 Json stresses(const Motion& motion, const Skeleton& skeleton, const Material& material, double heading);

@@ -28,6 +28,47 @@ std::vector<std::string> flags_in_group(const CLI::App& command, const char* gro
 
 }  // namespace
 
+// A clip with an end goes through time, once.
+void AnimateCommand::check_clip_flags(const CLI::App& flags) const {
+  const std::string what = !pull.empty() ? "--pull" : !gust.empty() ? "--gust" : "--from-rest";
+  const std::string with = "given with " + what;
+  const bool by_table = !gust.empty() && !gust.starts_with("1-cosine:");
+  const std::initializer_list<std::string_view> of_mean = {
+      "--wind",         "--wind-speed",    "--reference-height", "--heading",
+      "--terrain",      "--profile",       "--power-exponent",   "--roughness-length",
+      "--displacement", "--canopy-height", "--canopy-decay"};
+  const IdleFlags rules[] = {
+      {pull.empty(), "given without --pull", "--pull PLACE:FORCE", {"--pull-heading"}},
+      {!pull.empty(), with, "one of them", {"--gust", "--from-rest"}},
+      {is_clip() && dynamics != "time",
+       with + ", which goes through time",
+       "--dynamics time",
+       {"--dynamics"}},
+      {(!pull.empty() || !gust.empty()) && wind != "turbulent",
+       with + ", which takes the mean of a turbulent wind",
+       "--wind turbulent",
+       {"--wind"}},
+      {!pull.empty(), with + ", in which the mean wind blows alone", "none of it",
+       flags_in_group(flags, wind_group, of_mean)},
+      {by_table, with + ", which has the speeds", "one of them", {"--wind-speed"}},
+      {!gust.empty() && !asks_for_turbulence(),
+       with + " without turbulence",
+       "--turbulence-intensity with it",
+       {"--seed", "--amplitudes"}},
+      {is_clip(), with, "a wind without waves", {"--waves"}},
+      {is_clip(), with, "one clip: it is one already", {"--clip"}},
+      {is_clip(), with + ", which has no bins to average", "--dynamics modal without it", {"--transfer"}},
+      {is_clip(), with + ", whose static shapes belong to it", "a loop", {"--no-static-correction"}},
+      {!pull.empty(), with + ", which decays as its modes do", "a loop", {"--drag"}},
+      {is_clip() && pull.empty(), with + ", whose drag is quadratic", "a loop", {"--drag"}},
+      {is_clip() && pull.empty() && loads.model != "stochastic",
+       with + ", whose drag is taken at every instant",
+       "--loads stochastic",
+       {"--loads"}},
+  };
+  refuse_idle_flags(flags, rules);
+}
+
 void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const {
   const auto writes = [&](std::string_view name) {
     return std::any_of(writers.begin(), writers.end(),
@@ -115,6 +156,7 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
       {!mode_damping.empty(), "given with --mode-damping", "one of them", {"--damping-ratio"}},
   };
   refuse_idle_flags(flags, rules);
+  check_clip_flags(flags);
   loads.check(flags);
   for (std::size_t i = 0; i < writers.size() && !clip_texts.empty(); ++i) {
     if (writers[i]->extension != "glb" && writers[i]->extension != "html")
@@ -227,8 +269,33 @@ void add_animate(CLI::App& app) {
                  "quarter more than its height")
       ->group(wind);
 
+  const char* clip = "Clips with a beginning and an end";
+  sub.add_option(
+         "--pull", command->pull,
+         "Pulled and let go at t = 0 in still air, or in the mean wind of --wind-speed: a place and a "
+         "horizontal force, as in 1.3m:200N (height on the main stem), stem:1.3:200N (metres along it) "
+         "or branch:12:0.5:2kN. Says frequency and damping by logarithmic decrement, beside the mode's")
+      ->group(clip);
+  sub.add_option("--pull-heading", command->pull_heading,
+                 "Where the pull goes, from +x towards +y [degrees] (default: --heading)")
+      ->group(clip);
+  sub.add_option(
+         "--gust", command->gust,
+         "What the wind does: a table FILE.csv with columns time_s,speed_m_s and perhaps heading_deg, linear "
+         "between its rows, which is the wind at the reference height; or "
+         "1-cosine:AMPLITUDE:DURATION[:START] "
+         "[m/s, s, s] on top of --wind-speed. Without turbulence, unless --turbulence-intensity asks for "
+         "some")
+      ->group(clip);
+  sub.add_flag("--from-rest", command->from_rest,
+               "The wind begins at t = 0, on a plant that stands in still air")
+      ->group(clip);
+
   const char* motion = "Motion";
-  sub.add_option("--period", command->period, "Length of the loop [s]")->capture_default_str()->group(motion);
+  sub.add_option("--period", command->period,
+                 "Length of the loop or clip [s] (with a table as --gust: its own)")
+      ->capture_default_str()
+      ->group(motion);
   sub.add_option("--fps", command->frames_per_second, "Frames per second [1/s]")
       ->capture_default_str()
       ->group(motion);
@@ -289,6 +356,9 @@ void add_animate(CLI::App& app) {
       "  tremula animate kelp --wind-speed 8 -o kelp.glb\n"
       "  tremula animate seagrass --current 0.3 --waves 0.4:4 -o seagrass.html\n"
       "  tremula animate willow --medium water --current 0.2 --waves 0.6:5 -o willow.html\n"
+      "  tremula animate oak --pull 1.3m:2kN -o pull.html --report pull.json\n"
+      "  tremula animate sapling --wind-speed 3 --gust 1-cosine:8:2.5:1 --period 10 -o gust.glb\n"
+      "  tremula animate oak --gust squall.csv --from-rest --turbulence-intensity 0.15 -o squall.html\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command, &sub] {

@@ -27,20 +27,21 @@ Json describe(const MotionStatistics& statistics) {
           {"most_stretched_branch", statistics.most_stretched_branch}};
 }
 
-Json describe(const Extremes& of) {
+// What a clip shows once is no process whose peaks could be expected.
+Json describe(const Extremes& of, bool repeats) {
   return {{"mean", of.mean},
           {"rms", of.rms},
           {"peak", of.peak},
           {"skewness", of.skewness},
-          {"peak_factor_of_600_s", of.peak_factor},
-          {"expected_peak_of_600_s", of.expected_peak}};
+          {"peak_factor_of_600_s", repeats ? Json(of.peak_factor) : Json()},
+          {"expected_peak_of_600_s", repeats ? Json(of.expected_peak) : Json()}};
 }
 
-Json describe(const std::vector<GaugeSeries>& gauges) {
+Json describe(const std::vector<GaugeSeries>& gauges, bool repeats) {
   Json list = Json::array();
   for (const GaugeSeries& series : gauges) {
     const auto of = [&](const Eigen::VectorXd& values) {
-      return describe(extremes_of(values, series.period));
+      return describe(extremes_of(values, series.period), repeats);
     };
     list.push_back({{"gauge", series.gauge},
                     {"bending_moment_n_m", of(series.bending_moment)},
@@ -81,6 +82,28 @@ Json describe(const DampingBySource& damping, const Loop& loop) {
   return list;
 }
 
+Json describe(const std::optional<FreeDecay>& decay) {
+  if (!decay) return {};
+  return {{"frequency_hz", decay->frequency},
+          {"damping_ratio", decay->damping_ratio},
+          {"cycles", decay->cycles},
+          {"scatter", decay->scatter}};
+}
+
+Json describe(const std::optional<GustScript>& script) {
+  if (!script) return {};
+  Json rows = Json::array();
+  for (const GustRow& row : script->rows)
+    rows.push_back({{"time_s", row.time}, {"speed_m_s", row.speed}, {"heading_deg", row.heading}});
+  Json discrete;
+  if (script->gust) {
+    discrete = {{"amplitude_m_s", script->gust->amplitude},
+                {"duration_s", script->gust->duration},
+                {"start_s", script->gust->start}};
+  }
+  return {{"rows", std::move(rows)}, {"one_minus_cosine", std::move(discrete)}};
+}
+
 // Of the plant as it stands in the mean wind.
 std::vector<double> frequencies_of_modes(const Loop& loop) {
   std::vector<double> frequencies;
@@ -92,19 +115,57 @@ std::vector<double> frequencies_of_modes(const Loop& loop) {
 
 }  // namespace
 
+Json describe(const PullTest& test) {
+  const auto vector = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
+  return {{"place", test.pull.place.name},
+          {"branch", test.pull.place.branch},
+          {"along_branch", test.pull.place.place},
+          {"force_n", vector(test.pull.force)},
+          {"pulled_by_m", vector(test.released_from)},
+          {"by_logarithmic_decrement", describe(test.of_mode)},
+          {"by_logarithmic_decrement_at_the_place", describe(test.of_place)},
+          {"mode", test.mode + 1},
+          {"share_of_energy", test.energy},
+          {"modal",
+           {{"frequency_hz", test.frequency},
+            {"damping_ratio", test.of_structure + test.of_medium},
+            {"of_structure", test.of_structure},
+            {"of_medium", test.of_medium}}}};
+}
+
+std::string told(const PullTest& test) {
+  const auto of = [](double frequency, double ratio) {
+    return printed("%.4g Hz and %.3g %% damping", frequency, 100 * ratio);
+  };
+  std::string text =
+      printed("pulled by %.3g m at %s and let go: ", test.released_from.norm(), test.pull.place.name.c_str());
+  if (test.of_mode) {
+    text += printed("over %.3g cycles ", test.of_mode->cycles) +
+            of(test.of_mode->frequency, test.of_mode->damping_ratio) + " by logarithmic decrement, ";
+  } else {
+    text += "too few cycles for a logarithmic decrement (a longer --period shows more), ";
+  }
+  text += printed("mode %d is ", test.mode + 1) + of(test.frequency, test.of_structure + test.of_medium);
+  if (test.of_place) {
+    text += "; the place itself " + of(test.of_place->frequency, test.of_place->damping_ratio) +
+            printed(", peaks %.2g %% off their line", 100 * test.of_place->scatter);
+  }
+  return text;
+}
+
 Json stresses(const Motion& motion, const Skeleton& skeleton, const Material& material, double heading) {
   Json list = Json::array();
   for (const GaugeReading& reading : motion.most_strained) {
     const Eigen::VectorXd stress = material.youngs_modulus * gauge_series(reading, motion, heading).strain;
     const Extremes extremes = extremes_of(stress, motion.period);
     const double strength = material.modulus_of_rupture;
+    const double peak = motion.repeats ? extremes.expected_peak : extremes.peak;
     const Vec3& foot = skeleton.branches[index_of(reading.gauge.branch)].start;
-    list.push_back(
-        {{"branch", reading.gauge.branch},
-         {"foot_m", {foot.x(), foot.y(), foot.z()}},
-         {"radius_m", reading.radius},
-         {"stress_pa", describe(extremes)},
-         {"share_of_modulus_of_rupture", strength > 0 ? Json(extremes.expected_peak / strength) : Json()}});
+    list.push_back({{"branch", reading.gauge.branch},
+                    {"foot_m", {foot.x(), foot.y(), foot.z()}},
+                    {"radius_m", reading.radius},
+                    {"stress_pa", describe(extremes, motion.repeats)},
+                    {"share_of_modulus_of_rupture", strength > 0 ? Json(peak / strength) : Json()}});
   }
   return list;
 }
@@ -138,6 +199,9 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
        {"oscillator_modes", dynamics == "oscillators" ? Json(oscillator_modes) : Json()},
        {"carried_mass", dynamics == "oscillators" ? Json(carried_mass) : Json()},
        {"transfer", done.conditions.dynamics == Dynamics::modal ? Json(transfer) : Json()},
+       {"gust", describe(done.conditions.script)},
+       {"from_rest", from_rest},
+       {"repeats", done.loop.repeats},
        {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
        {"period_s", period},
        {"frames_per_second", frames_per_second},
@@ -156,8 +220,9 @@ Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
           {"frequencies_in_wind_hz", frequencies_of_modes(done.loop)},
           {"damping", describe(done.damping, done.loop)},
           {"mean_drag_n", {done.mean_drag.x(), done.mean_drag.y(), done.mean_drag.z()}},
+          {"pull", done.pull ? cli::describe(*done.pull) : Json()},
           {"motion", describe(done.statistics)},
-          {"gauges", describe(done.gauges)},
+          {"gauges", describe(done.gauges, done.loop.repeats)},
           {"most_stressed_branches", done.most_stressed},
           {"glb", describe(done.model)},
           {"clips", clip_texts},

@@ -32,6 +32,7 @@ constexpr Quantity quantities[] = {
     {"--speed", 1e-3, 100, "m/s", true},
     {"--reference-height", 1e-3, 1e5, "m"},
     {"--heading", -36000, 36000, "degrees"},
+    {"--pull-heading", -36000, 36000, "degrees"},
     {"--turbulence-intensity", 1e-6, 10, "", true},
     {"--friction-velocity", 1e-6, 100, "m/s", true},
     {"--turbulence-intensity-v", 1e-6, 10, "", true},

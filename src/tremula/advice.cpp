@@ -52,7 +52,7 @@ std::vector<std::string> advice(const Subject& subject, const Weather& weather,
   }
   const double height = std::max(lowest_spectrum_height, 0.5 * height_of(subject.structure));
   const auto at_height = [&](double frequency) { return weather.wind.spectrum(height, frequency); };
-  if (weather.wind.spectrum) {
+  if (weather.wind.spectrum && !weather.makes_clip()) {
     const double share = share_between(at_height, 0.5 / weather.loop.period, nyquist);
     if (share < 0.3) {
       lines.push_back(

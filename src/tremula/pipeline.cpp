@@ -3,6 +3,7 @@
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/dynamics/gauge.hpp"
+#include "tremula/dynamics/gust_response.hpp"
 #include "tremula/dynamics/principal_motion.hpp"
 #include "tremula/dynamics/response.hpp"
 #include "tremula/dynamics/wind_forces.hpp"
@@ -69,6 +70,20 @@ WindAt wind_at(const Wind& wind, const TimeAxis& loop, double ground, const Stru
   const PointWind at_rest = wind_at_points(wind, loop, above(ground, structure.find_sites().points));
   return [statistics = statistics_of(at_rest, loop)](Eigen::Index point, const Vec3&) {
     return statistics[index_of(point)];
+  };
+}
+
+// What the script of a weather makes of its wind on the average.
+Mat3 mean_change(const Weather& weather) {
+  if (!weather.script) return Mat3::Identity();
+  const ReferenceWind& reference = weather.wind.reference;
+  return change_of_wind(mean_of(*weather.script, weather.loop), reference.speed, reference.heading);
+}
+
+// The same wind with nothing in it but that mean.
+WindAt steady(WindAt wind, const Mat3& change) {
+  return [wind = std::move(wind), change](Eigen::Index point, const Vec3& place) {
+    return GustStatistics{change * wind(point, place).mean, Mat3::Zero()};
   };
 }
 
@@ -143,6 +158,53 @@ Motion by_modes(const Lean& lean, Modes modes, const Weather& weather, const Poi
   return motion;
 }
 
+// By modes and the shape that the pull adds to them, of the structure as it leans.
+Motion after_release(const Lean& lean, Modes modes, const Weather& weather) {
+  const Pull& pull = *weather.pull;
+  const bool turning = lean.strains.size() > 0;
+  const int mode_count = modes.count();
+  const Eigen::MatrixX3d place = place_shape(lean.structure, pull.place);
+  const StaticShapes more = static_shape(lean.structure, place * pull.force, modes);
+  Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
+  const auto moving = basis.columns.rightCols(basis.count() - 1);
+  const ModalSystem system = modal_system(basis, lean, weather.damping, turning);  // rad/s, 1/s
+  const Eigen::VectorXd forces = moving.transpose() * (place * pull.force);        // N/sqrt(kg)
+  const DampingBySource damping = by_source(system, weather.damping);
+  PullTest test =
+      test_pull(pull, lean.structure, moving, mode_count, system, damping.structure, weather.loop);
+  Motion motion =
+      make_motion(std::move(basis), weather.loop, let_go(system, weather.loop, forces));  // m sqrt(kg)
+  motion.repeats = false;
+  motion.damping = damping;
+  motion.pull = std::move(test);
+  return motion;
+}
+
+// By modes and static shapes about the lean in the mean wind, or about rest, through every instant.
+Motion through_gusts(const Lean& lean, Modes modes, const Weather& weather, const PointWind& wind,
+                     const Progress& progress) {
+  const bool turning = lean.strains.size() > 0;
+  const StaticShapes more = static_shapes(lean.structure, lean.sites, lean.loads, modes, turning);
+  Basis basis = join(lean.displacement, std::move(modes), more);  // m, 1/sqrt(kg)
+  const auto moving = basis.columns.rightCols(basis.count() - 1);
+  const ModalSystem in_mean = modal_system(basis, lean, weather.damping, false);
+  const DampingBySource damping = by_source(in_mean, weather.damping);
+  const ReferenceWind reference = weather.wind.reference;
+  const ChangingWind changing = changing_wind(wind, weather.loop, [&](double time) -> Mat3 {
+    if (!weather.script) return Mat3::Identity();
+    return change_of_wind(wind_at_time(*weather.script, time), reference.speed, reference.heading);
+  });
+  tell(progress, "response");
+  const Eigen::MatrixXd coordinates =
+      respond_to_gusts(lean, moving, in_mean.omega, damping.structure, changing, weather.loop,
+                       {weather.loads, turning, weather.damping.aerodynamic, weather.from_rest},
+                       [&](double done) { tell(progress, "response", done); });
+  Motion motion = make_motion(std::move(basis), weather.loop, coordinates);
+  motion.repeats = false;
+  motion.damping = damping;
+  return motion;
+}
+
 // By the branches, each for itself (F), told as a few shapes.
 Motion by_oscillators(const Lean& lean, const Weather& weather, const PointWind& wind,
                       const Progress& progress, std::vector<std::string>* warnings) {
@@ -178,6 +240,7 @@ Motion by_flapping(const Structure& structure, const Weather& weather, double gr
                    const Progress& progress, std::vector<std::string>* warnings) {
   const std::optional<Flag> flag = structure.sheet ? flag_of(*structure.sheet) : std::nullopt;
   if (!flag) throw InputError("dynamics", "flapping", "that of a sheet held on one edge alone");
+  if (weather.makes_clip()) throw InputError("dynamics", "flapping, in a clip with an end", "a loop");
   tell(progress, "wind");
   const PointWind wind =
       wind_at_points(weather.wind, weather.loop, above(ground, structure.find_sites().points));  // m/s
@@ -240,17 +303,28 @@ Motion set_in_motion(const Structure& structure, Modes modes, const Weather& wea
     return motion;
   }
   tell(progress, "lean");
-  const WindAt mean_wind = wind_at(weather.wind, weather.loop, ground, structure);  // m/s
-  const Lean lean = find_lean(structure, mean_wind, weather.loads, weather.lean);   // m, rad; N
+  WindAt mean_wind = wind_at(weather.wind, weather.loop, ground, structure);  // m/s
+  if (weather.makes_clip()) mean_wind = steady(std::move(mean_wind), mean_change(weather));
+  const auto find = weather.from_rest ? lean_at_rest : find_lean;
+  const Lean lean = find(structure, mean_wind, weather.loads, weather.lean);  // m, rad; N
 
   tell(progress, "wind");
   const PointWind wind = wind_at_points(weather.wind, weather.loop, above(ground, lean.sites.points));  // m/s
   if (warnings) *warnings = wind.warnings;
 
   tell(progress, "loads");
-  Motion motion = weather.dynamics == Dynamics::oscillators
-                      ? by_oscillators(lean, weather, wind, progress, warnings)
-                      : by_modes(lean, modes_about(lean, std::move(modes)), weather, wind, progress);
+  Motion motion;
+  if (weather.pull) {
+    motion = after_release(lean, modes_about(lean, std::move(modes)), weather);
+  } else if (weather.makes_clip()) {
+    if (lean.loads.has_inertia && warnings)
+      warnings->emplace_back("a clip feels drag alone, not that the water speeds up");
+    motion = through_gusts(lean, modes_about(lean, std::move(modes)), weather, wind, progress);
+  } else if (weather.dynamics == Dynamics::oscillators) {
+    motion = by_oscillators(lean, weather, wind, progress, warnings);
+  } else {
+    motion = by_modes(lean, modes_about(lean, std::move(modes)), weather, wind, progress);
+  }
   motion.lean_strains = lean.strains;
   motion.mean_drag = mean_drag(lean.loads);
   for (const Gauge& gauge : weather.gauges)

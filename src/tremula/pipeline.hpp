@@ -10,10 +10,12 @@
 #include "tremula/dynamics/loads.hpp"
 #include "tremula/dynamics/motion.hpp"
 #include "tremula/dynamics/motion_statistics.hpp"
+#include "tremula/dynamics/pull.hpp"
 #include "tremula/dynamics/transfer.hpp"
 #include "tremula/geometry/skeleton.hpp"
 #include "tremula/modes/solve_modes.hpp"
 #include "tremula/structure/structure.hpp"
+#include "tremula/wind/gust_script.hpp"
 #include "tremula/wind/point_wind.hpp"
 
 #include <functional>
@@ -63,6 +65,13 @@ struct Weather {
   Transfer transfer = Transfer::bin_averaged;
   bool static_correction = true;  // shapes for what the modes left out do
   TimeAxis loop{.period = 20, .sample_count = 600};
+  // Pulled, and let go at t = 0 in the mean wind: a clip, in which no gusts are.
+  std::optional<Pull> pull = {};
+  // The wind scaled and turned from its reference speed and heading to these: a clip, whose drag is that of
+  // the square of the wind at every instant.
+  std::optional<GustScript> script = {};
+  bool from_rest = false;  // the wind begins at t = 0, on what stands in still air: a clip as well
+  bool makes_clip() const { return pull || script || from_rest; }
   std::vector<Gauge> gauges = {};  // what is read of the motion besides (dynamics/gauge.hpp)
   int most_strained = 0;           // and of how many branches that are strained most
 };
@@ -79,8 +88,9 @@ Subject bake(const Sheet& sheet, const BakeOptions& options, const Progress& pro
 std::vector<std::string> advice(const Subject& subject, const Weather& weather,
                                 const MotionStatistics& statistics, bool superposed = true);
 
-// The loop that this weather gives the subject. `warnings`, where given, takes what the wind has to say, a
-// line each. Throws InputError for settings out of range, and for a subject whose parts do not fit together.
+// The loop, or the clip (Motion::repeats), that this weather gives the subject. `warnings`, where given,
+// takes what the wind has to say, a line each. Throws InputError for settings out of range, and for a subject
+// whose parts do not fit together.
 Motion set_in_motion(const Subject& subject, const Weather& weather, const Progress& progress = {},
                      std::vector<std::string>* warnings = nullptr);
 // The same for whoever can spare the modes: their shapes go into the motion and are not held twice.

@@ -65,7 +65,8 @@ export class Bones implements Movement {
 
   // `timeShifts` [s]: for each mesh how far its instance is ahead of the first.
   constructor(private readonly root: Object3D, meshes: SkinnedMesh[], timeShifts: number[], clips: AnimationClip[],
-              facts: ClipFacts[], private readonly table: ShapeTable | undefined) {
+              facts: ClipFacts[], private readonly table: ShapeTable | undefined,
+              private readonly repeats: boolean) {
     this.shapes = table?.shapes ?? [];
     this.shapesSpeed = table ? facts[table.clip].wind_speed_m_s : 0;
     const all = new Map(meshes.map((mesh, i) => [mesh.skeleton.bones[0], {
@@ -112,7 +113,7 @@ export class Bones implements Movement {
   private get strongest(): number { return this.stages[this.stages.length - 1].speed; }
 
   private weightsAt(time: number): number[] {
-    return this.table ? rowAt(this.times, this.table.weights, this.shapes.length, time) : [];
+    return this.table ? rowAt(this.times, this.table.weights, this.shapes.length, time, this.repeats) : [];
   }
 
   // Neighbours in the file, and how far it is from the one to the other: loads go with the square of the speed.

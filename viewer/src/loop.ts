@@ -8,6 +8,7 @@ import type {Movement} from './movement';
 
 export interface Facts {
   period_s: number;
+  repeats?: boolean;         // false: a clip with an end
   frames_per_second: number;
   wind_speed_m_s: number;
   heading_deg: number;
@@ -47,7 +48,8 @@ async function movementOf(gltf: GLTF, meshes: PlantMesh[], facts: Facts): Promis
   if (skinned.length === 0) return new Morphs(meshes, fromFirst, gltf.animations[0], facts);
   const read = (index: number): Promise<BufferAttribute> => gltf.parser.getDependency('accessor', index);
   const table = facts.shapes && await ShapeTable.read(facts.shapes, read);
-  return new Bones(gltf.scene, skinned, fromFirst, gltf.animations, facts.clips ?? [], table);
+  return new Bones(gltf.scene, skinned, fromFirst, gltf.animations, facts.clips ?? [], table,
+                   facts.repeats ?? true);
 }
 
 export async function readLoop(glb: ArrayBuffer): Promise<Loop> {

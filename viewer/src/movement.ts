@@ -26,8 +26,9 @@ export interface Movement {
 }
 
 // Row `time` of a table whose rows are a loop, linear between them. The loop goes on before its begin and after its
-// end. `times` are those of the rows, the last one the period.
-export function rowAt(times: ArrayLike<number>, table: ArrayLike<number>, width: number, anyTime: number): number[] {
+// end; a clip that does not repeat ends with its last row. `times` are those of the rows, the last one the period.
+export function rowAt(times: ArrayLike<number>, table: ArrayLike<number>, width: number, anyTime: number,
+                      repeats = true): number[] {
   const period = times[times.length - 1];
   const time = anyTime >= 0 && anyTime <= period ? anyTime : anyTime - period * Math.floor(anyTime / period);
   let low = 0, high = times.length - 1;
@@ -37,7 +38,7 @@ export function rowAt(times: ArrayLike<number>, table: ArrayLike<number>, width:
     else high = middle;
   }
   const part = high > low ? Math.min(Math.max((time - times[low]) / (times[high] - times[low]), 0), 1) : 0;
-  const last = table.length / width - 1;  // a table without its last row goes on with its first
-  const before = width * low, after = width * (high > last ? 0 : high);
+  const last = table.length / width - 1;  // a table may leave out the row at its end
+  const before = width * low, after = width * (high > last ? repeats ? 0 : last : high);
   return Array.from({length: width}, (_, i) => table[before + i] + part * (table[after + i] - table[before + i]));
 }

@@ -431,7 +431,8 @@ void give_keys(const Task& task, const std::vector<rig::SampledTurns>& sampled, 
   rig.clips.clear();
   for (std::size_t c = 0; c < task.clips.size(); ++c) {
     const double of_clip = tolerance * task.tolerance[c] / task.largest_tolerance();
-    rig.clips.push_back(rig::thin_turns(sampled[c], rig.joints, extent, of_clip));
+    rig.clips.push_back(
+        rig::thin_turns(sampled[c], rig.joints, extent, of_clip, task.clips[c].motion->repeats));
     rig.clips.back().name = task.clips[c].name;
     rig.clips.back().wind_speed = task.clips[c].wind_speed;
     rig.clips.back().period = task.clips[c].motion->period;

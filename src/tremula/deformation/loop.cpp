@@ -150,7 +150,7 @@ void bend_as_sheet(Loop& loop, const SharedSource& source) {
 
 }  // namespace
 
-void check_instances(const std::vector<Instance>& instances) {
+void check_instances(const std::vector<Instance>& instances, bool repeats) {
   if (instances.empty()) throw InputError("instances of the loop", "0", "1 or more");
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const Instance& it = instances[i];
@@ -159,6 +159,10 @@ void check_instances(const std::vector<Instance>& instances) {
       throw InputError("instance " + std::to_string(i) + " of the loop",
                        finite ? "scale " + std::to_string(it.scale) : "a number that is not finite",
                        "finite numbers and a scale above 0");
+    }
+    if (!repeats && it.time_shift != 0) {
+      throw InputError("instance " + std::to_string(i) + " of a clip that does not repeat",
+                       "a time shift of " + std::to_string(it.time_shift) + " s", "none");
     }
   }
 }
@@ -171,6 +175,7 @@ Loop make_loop(const Structure& structure, Surface surface, Motion motion, const
   Loop loop;
   loop.facts = facts;
   loop.period = motion.period;
+  loop.repeats = motion.repeats;
   loop.kind = motion.basis.kind;
   loop.frequency = motion.basis.frequency;
   loop.coordinates = motion.coordinates;

@@ -46,15 +46,17 @@ struct Instance {
 };
 
 // Throws InputError where there are none, for a number that is not finite, and for a scale that is not above
-// 0.
-void check_instances(const std::vector<Instance>& instances);
+// 0; and for a time shift in a clip, which has no other end to take it from.
+void check_instances(const std::vector<Instance>& instances, bool repeats = true);
 
 using NodePoses = Eigen::Matrix<double, 6, Eigen::Dynamic>;  // translation [m] and rotation vector [rad]
 
-// M samples at equidistant instants of a loop that closes (sample M would equal sample 0).
+// M samples at equidistant instants of a loop that closes (sample M would equal sample 0), or of a clip that
+// ends with its last sample (Motion::repeats).
 struct Loop {
   LoopFacts facts;
   double period = 0;                    // [s]
+  bool repeats = true;                  // false: a clip
   std::shared_ptr<const Surface> rest;  // the skin and its materials, at rest
   // A few shapes of the skin (c), and at every sample a weight of each. Their sum is what morph targets play:
   // skin_at itself where displacements superpose, and the same to first order in what moves about the lean

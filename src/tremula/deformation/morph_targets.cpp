@@ -25,7 +25,7 @@ void check_fit(const Loop& loop) {
   if (!(loop.period > 0) || !std::isfinite(loop.period)) {
     throw Error("morph targets: the period is " + std::to_string(loop.period) + ", wanted seconds above 0");
   }
-  check_instances(loop.instances);
+  check_instances(loop.instances, loop.repeats);
   if (!loop.coordinates.allFinite() || !loop.frequency.allFinite())
     throw Error("morph targets: the loop is not finite");
 }
@@ -73,6 +73,12 @@ std::vector<Key> sample_keys(const Loop& loop) {
   return keys;
 }
 
+// Behind the last sample a loop goes on with its first, a clip stands still.
+Eigen::Index wrapped(const Loop& loop, Eigen::Index sample) {
+  const Eigen::Index count = loop.coordinates.rows();
+  return loop.repeats ? sample % count : std::min(sample, count - 1);
+}
+
 // Adds a key wherever a coordinate changes its sign between two samples, found on the polyline through the
 // keys as they are stored. A crossing that single precision cannot tell from a sample needs no key: it is off
 // by rounding only.
@@ -80,7 +86,7 @@ std::vector<Key> with_zero_crossings(const std::vector<Key>& samples, const Loop
   std::vector<Key> keys;
   for (std::size_t k = 0; k + 1 < samples.size(); ++k) {
     keys.push_back(samples[k]);
-    const Eigen::Index p = samples[k].sample, next = (p + 1) % loop.coordinates.rows();
+    const Eigen::Index p = samples[k].sample, next = wrapped(loop, p + 1);
     const double begin = samples[k].time, step = samples[k + 1].time - begin;
     const std::size_t first = keys.size();
     for (int r = 0; r < loop.coordinates.cols(); ++r) {
@@ -101,10 +107,9 @@ std::vector<Key> with_zero_crossings(const std::vector<Key>& samples, const Loop
 }
 
 Eigen::VectorXd coordinates_at_key(const Loop& loop, const Key& key) {
-  const Eigen::Index samples = loop.coordinates.rows();
-  const Eigen::VectorXd y = loop.coordinates.row(key.sample % samples);
+  const Eigen::VectorXd y = loop.coordinates.row(wrapped(loop, key.sample));
   if (!(key.part > 0)) return y;
-  const Eigen::VectorXd next = loop.coordinates.row((key.sample + 1) % samples);
+  const Eigen::VectorXd next = loop.coordinates.row(wrapped(loop, key.sample + 1));
   return y + key.part * (next - y);
 }
 
@@ -147,6 +152,7 @@ MorphTargets make_morph_targets(const Loop& loop, MorphForm form) {
   check_fit(loop);
   MorphTargets result;
   result.period = loop.period;
+  result.repeats = loop.repeats;
   result.instances = loop.instances;
   const auto count_of = [&](ShapeKind kind) {
     return static_cast<int>(std::count(loop.kind.begin(), loop.kind.end(), kind));

@@ -35,12 +35,13 @@ struct MorphTarget {
 // shape.
 struct MorphTargets {
   double period = 0;                 // T [s]
+  bool repeats = true;               // false: a clip, whose last row is its last sample
   std::vector<double> frequencies;   // of all modes, also of those that got no target [Hz]
   int static_shape_count = 0;        // as many as the motion has
   std::vector<SurfaceDelta> shapes;  // what the targets add to the vertices [m]
   std::vector<MorphTarget> targets;  // the mean lean first, then modes in order, then static shapes
   std::vector<float> times;          // (K) [s] strictly increasing, first 0, last T
-  std::vector<float> weights;        // (K x targets) by rows; the last row equals the first bit for bit
+  std::vector<float> weights;        // (K x targets) by rows; of a loop the last equals the first bit for bit
   std::vector<Instance> instances{Instance{}};
 
   std::size_t target_count() const { return targets.size(); }

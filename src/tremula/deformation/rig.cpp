@@ -43,7 +43,8 @@ std::vector<JointFrame> joint_frames(const Rig& rig, const RigClip& clip, double
   check_equal("tracks of the clip", static_cast<std::ptrdiff_t>(clip.tracks.size()),
               static_cast<std::ptrdiff_t>(rig.joints.size()));
   const double turns = time / clip.period;
-  const double sample = (turns - std::floor(turns)) * clip.sample_count;
+  const double sample =
+      (clip.repeats ? turns - std::floor(turns) : std::clamp(turns, 0.0, 1.0)) * clip.sample_count;
   std::vector<JointFrame> frames(rig.joints.size());
   for (std::size_t j = 0; j < frames.size(); ++j) {
     const RigJoint& joint = rig.joints[j];

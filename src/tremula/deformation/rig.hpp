@@ -34,20 +34,22 @@ struct JointShares {
 using StoredTurn = std::array<std::int16_t, 4>;
 
 // How a joint turns against its parent, in the axes at rest. Key i stands at sample min(i * stride,
-// sample_count) of its clip; the last key is the first, bit for bit, and neighbours are in one half of the
-// sphere, so that any interpolation goes the short way.
+// sample_count) of its clip; of a loop the last key is the first, bit for bit, of a clip with an end it is
+// the last sample again. Neighbours are in one half of the sphere, so that any interpolation goes the short
+// way.
 struct JointTrack {
   int stride = 1;
   std::vector<StoredTurn> turn;
   std::vector<Eigen::Vector3f> position = {};  // against the parent's [m], of a joint that travels
 };
 
-// One loop of all joints.
+// One loop of all joints, or one clip with an end.
 struct RigClip {
   std::string name;
-  double wind_speed = 0;           // that made it, mean at its reference height [m/s]
-  double period = 0;               // [s]
-  int sample_count = 0;            // M samples at equidistant instants
+  double wind_speed = 0;  // that made it, mean at its reference height [m/s]
+  double period = 0;      // [s]
+  int sample_count = 0;   // M samples at equidistant instants
+  bool repeats = true;
   std::vector<JointTrack> tracks;  // of every joint
 };
 

@@ -119,18 +119,23 @@ std::vector<int> keys_of(int stride, int sample_count) {
   return keys;
 }
 
+// Behind the last sample a loop goes on with its first, a clip stands still.
+std::size_t wrapped(int key, int sample_count, bool repeats) {
+  return index_of(repeats ? key % sample_count : std::min(key, sample_count - 1));
+}
+
 constexpr int strides[] = {1, 2, 3, 4, 5, 6, 8, 10, 12, 15, 20, 30, 60, 120, 300};
 
 // Whether turns between these keys are off by no more than so much at the samples (rad). By cosines of half
 // angles, and slerp by the recurrence of sin((n + 1) a) = 2 cos(a) sin(n a) - sin((n - 1) a).
 bool enough_between(const std::vector<Eigen::Quaterniond>& turns, const std::vector<Eigen::Quaterniond>& read,
-                    int stride, double most) {
+                    int stride, double most, bool repeats) {
   const int count = static_cast<int>(turns.size());
   const std::vector<int> keys = keys_of(stride, count);
   const double least = std::cos(0.5 * std::min(most, 3.0));
   for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
     Eigen::Vector4d first = read[index_of(keys[i])].coeffs();
-    const Eigen::Vector4d next = read[index_of(keys[i + 1] % count)].coeffs();
+    const Eigen::Vector4d next = read[wrapped(keys[i + 1], count, repeats)].coeffs();
     const int steps = keys[i + 1] - keys[i];
     if (first.dot(next) < 0) first = -first;
     const double half = 2 * std::asin(std::min(1.0, 0.5 * (next - first).norm())), step = half / steps;
@@ -149,7 +154,7 @@ bool enough_between(const std::vector<Eigen::Quaterniond>& turns, const std::vec
   return true;
 }
 
-double error_between(const std::vector<Vec3>& positions, int stride) {
+double error_between(const std::vector<Vec3>& positions, int stride, bool repeats) {
   const int count = static_cast<int>(positions.size());
   const std::vector<int> keys = keys_of(stride, count);
   double error = 0;
@@ -157,7 +162,7 @@ double error_between(const std::vector<Vec3>& positions, int stride) {
     for (int p = keys[i]; p < keys[i + 1]; ++p) {
       const double part = static_cast<double>(p - keys[i]) / (keys[i + 1] - keys[i]);
       const Vec3 between =
-          (1 - part) * positions[index_of(keys[i])] + part * positions[index_of(keys[i + 1] % count)];
+          (1 - part) * positions[index_of(keys[i])] + part * positions[wrapped(keys[i + 1], count, repeats)];
       error = std::max(error, (positions[index_of(p)] - between).norm());
     }
   }
@@ -165,7 +170,7 @@ double error_between(const std::vector<Vec3>& positions, int stride) {
 }
 
 JointTrack thin_track(const std::vector<Eigen::Quaterniond>& turns, const std::vector<Vec3>& positions,
-                      double extent, double tolerance) {
+                      double extent, double tolerance, bool repeats) {
   const int count = static_cast<int>(turns.size());
   const double most = tolerance / std::max(extent, 1e-9);
   std::vector<StoredTurn> all;
@@ -177,13 +182,14 @@ JointTrack thin_track(const std::vector<Eigen::Quaterniond>& turns, const std::v
   JointTrack track;
   for (const int stride : strides) {
     if (stride > count) break;
-    if (stride > 1 && !enough_between(turns, read, stride, most)) continue;
-    if (stride > 1 && !positions.empty() && error_between(positions, stride) > tolerance) continue;
+    if (stride > 1 && !enough_between(turns, read, stride, most, repeats)) continue;
+    if (stride > 1 && !positions.empty() && error_between(positions, stride, repeats) > tolerance) continue;
     track.stride = stride;
   }
   for (const int key : keys_of(track.stride, count)) {
-    track.turn.push_back(all[index_of(key % count)]);
-    if (!positions.empty()) track.position.push_back(positions[index_of(key % count)].cast<float>());
+    const std::size_t sample = wrapped(key, count, repeats);
+    track.turn.push_back(all[sample]);
+    if (!positions.empty()) track.position.push_back(positions[sample].cast<float>());
   }
   return track;
 }
@@ -273,12 +279,13 @@ RigShapes sample_shapes(const BentLean& lean, const Motion& motion, const Places
 }
 
 RigClip thin_turns(const SampledTurns& sampled, const std::vector<RigJoint>& joints,
-                   const std::vector<double>& extent, double tolerance) {
+                   const std::vector<double>& extent, double tolerance, bool repeats) {
   RigClip clip;
+  clip.repeats = repeats;
   clip.sample_count = static_cast<int>(sampled.turn.front().size());
   clip.tracks.resize(joints.size());
   tbb::parallel_for(std::size_t{1}, joints.size(), [&](std::size_t j) {
-    clip.tracks[j] = thin_track(sampled.turn[j], sampled.position[j], extent[j], tolerance);
+    clip.tracks[j] = thin_track(sampled.turn[j], sampled.position[j], extent[j], tolerance, repeats);
   });
   return clip;
 }

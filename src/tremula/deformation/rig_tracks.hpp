@@ -31,6 +31,6 @@ RigShapes sample_shapes(const BentLean& lean, const Motion& motion, const Places
 // Stored and thinned: as few keys as keep the angle times `extent` (of what hangs on the joint [m]) below the
 // tolerance [m].
 RigClip thin_turns(const SampledTurns& sampled, const std::vector<RigJoint>& joints,
-                   const std::vector<double>& extent, double tolerance);
+                   const std::vector<double>& extent, double tolerance, bool repeats = true);
 
 }  // namespace tremula::rig

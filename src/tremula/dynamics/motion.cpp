@@ -3,6 +3,7 @@
 #include "tremula/base/check.hpp"
 #include "tremula/numerics/fft.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -17,13 +18,16 @@ Eigen::VectorXd interpolated(const Motion& motion, double time, Interpolation in
     throw InputError("period of the motion", std::to_string(motion.period), "above 0 s");
   }
   if (!std::isfinite(time)) throw InputError("time", std::to_string(time), "seconds");
-  double position = std::fmod(time / motion.period, 1.0) * count;
+  const double periods = time / motion.period;
+  double position = (motion.repeats ? std::fmod(periods, 1.0) : std::clamp(periods, 0.0, 1.0)) * count;
   // A time that was meant as a sample, p T / M rounded, gives that sample to the last bit.
   if (std::abs(position - std::round(position)) < 1e-9 * count) position = std::round(position);
+  if (!motion.repeats) position = std::min(position, count - 1.0);
   const double floor = std::floor(position), fraction = position - floor;
   const auto sample = [&](int offset) {
-    const long long p = static_cast<long long>(floor) + offset;
-    return motion.coordinates.row(static_cast<Eigen::Index>(((p % count) + count) % count)).transpose();
+    const long long p = static_cast<long long>(floor) + offset, last = count - 1;
+    const long long at = motion.repeats ? ((p % count) + count) % count : std::clamp(p, 0LL, last);
+    return motion.coordinates.row(static_cast<Eigen::Index>(at)).transpose();
   };
   if (fraction == 0) return sample(0);
   if (interpolation == Interpolation::linear) return (1 - fraction) * sample(0) + fraction * sample(1);

@@ -3,8 +3,10 @@
 
 #include "tremula/dynamics/basis.hpp"
 #include "tremula/dynamics/gauge_reading.hpp"
+#include "tremula/dynamics/pull.hpp"
 #include "tremula/numerics/time_axis.hpp"
 
+#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -17,7 +19,9 @@ struct DampingBySource {
   Eigen::VectorXd structure, medium;  // (c - 1)
 };
 
-// Coordinates of the basis at M equidistant instants of a loop that closes (sample M would equal sample 0).
+// Coordinates of the basis at M equidistant instants: of a loop that closes (sample M would equal sample 0),
+// or of a clip with a beginning and an end, which stands as in sample 0 before and as in the last one after
+// it.
 struct Motion {
   double period = 0;  // T [s]
   Basis basis;
@@ -28,11 +32,13 @@ struct Motion {
   Eigen::VectorXd lean_strains = {};
   // Of a sheet: displacements tell all of where its nodes go, not what is across it alone (flapping.hpp).
   bool in_space = false;
+  bool repeats = true;  // false: a clip; what goes on behind T then is the last sample
 
   DampingBySource damping = {};
   std::vector<GaugeReading> readings = {};       // of the gauges that were asked for
   std::vector<GaugeReading> most_strained = {};  // at the feet of the branches that are, the worst first
   Vec3 mean_drag = Vec3::Zero();                 // on the whole structure under the mean wind [N]
+  std::optional<PullTest> pull = {};             // of what was pulled and let go
 
   int sample_count() const { return static_cast<int>(coordinates.rows()); }
 };

@@ -69,27 +69,19 @@ std::vector<Eigen::VectorXd> forces_everywhere(const Sites& sites, const Loads& 
   return forces;
 }
 
-}  // namespace
-
-StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
-                           const Modes& modes, bool turning) {
-  check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
-  check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
+// Of every force, what its exact deflection (K^-1 f, a column each) is beside what the modes make of it.
+StaticShapes shapes_beside(const Structure& structure, const Modes& modes, const Eigen::MatrixXd& exact,
+                           const Eigen::MatrixXd& force) {
   constexpr double negligible = 1e-10;  // of the elastic energy under the load
   const Eigen::VectorXd flexibility = modes.omega().cwiseAbs2().cwiseInverse();
   std::vector<Eigen::VectorXd> deflections, forces;
-  for (Eigen::VectorXd& force : forces_everywhere(sites, loads)) {
-    Eigen::VectorXd exact = structure.flexibility(force);
-    if (turning) {
-      exact = turned_in_wind(structure, sites, loads, std::move(exact));
-      force += force_of_turning(sites, loads, exact);
-    }
-    const Eigen::VectorXd modal = modes.shapes.transpose() * force;
+  for (Eigen::Index k = 0; k < force.cols(); ++k) {
+    const Eigen::VectorXd modal = modes.shapes.transpose() * force.col(k);
     const Eigen::VectorXd by_modes = modes.shapes * flexibility.cwiseProduct(modal);
-    const Eigen::VectorXd left = exact - by_modes;
+    const Eigen::VectorXd left = exact.col(k) - by_modes;
     // K of what is left, without forming K: K phi = omega^2 M phi.
-    const Eigen::VectorXd force_left = force - structure.mass(modes.shapes * modal);
-    if (!(left.dot(force_left) > negligible * exact.dot(force))) continue;
+    const Eigen::VectorXd force_left = force.col(k) - structure.mass(modes.shapes * modal);
+    if (!(left.dot(force_left) > negligible * exact.col(k).dot(force.col(k)))) continue;
     deflections.push_back(left);
     forces.push_back(force_left);
   }
@@ -128,6 +120,38 @@ StaticShapes static_shapes(const Structure& structure, const Sites& sites, const
   const Eigen::VectorXd omega = solver.eigenvalues().tail(kept).reverse().cwiseInverse().cwiseSqrt();
   const Eigen::MatrixXd coefficients = solver.eigenvectors().rightCols(kept).rowwise().reverse();
   return {omega / (2 * std::numbers::pi), vectors * (basis * coefficients) * omega.asDiagonal()};
+}
+
+void check_fit(const Structure& structure, const Modes& modes) {
+  check_equal("rows of the mode shapes", modes.shapes.rows(), structure.size());
+  check_equal("columns of the mode shapes", modes.shapes.cols(), modes.count());
+}
+
+}  // namespace
+
+StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
+                           const Modes& modes, bool turning) {
+  check_fit(structure, modes);
+  std::vector<Eigen::VectorXd> everywhere = forces_everywhere(sites, loads);
+  const auto count = static_cast<Eigen::Index>(everywhere.size());
+  Eigen::MatrixXd exact(structure.size(), count), forces(structure.size(), count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    Eigen::VectorXd& force = everywhere[static_cast<std::size_t>(k)];
+    Eigen::VectorXd deflection = structure.flexibility(force);
+    if (turning) {
+      deflection = turned_in_wind(structure, sites, loads, std::move(deflection));
+      force += force_of_turning(sites, loads, deflection);
+    }
+    exact.col(k) = deflection;
+    forces.col(k) = force;
+  }
+  return shapes_beside(structure, modes, exact, forces);
+}
+
+StaticShapes static_shape(const Structure& structure, const Eigen::VectorXd& force, const Modes& modes) {
+  check_fit(structure, modes);
+  check_equal("rows of the force", force.size(), structure.size());
+  return shapes_beside(structure, modes, structure.flexibility(force), force);
 }
 
 }  // namespace tremula

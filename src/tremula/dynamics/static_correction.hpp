@@ -27,4 +27,8 @@ struct StaticShapes {
 StaticShapes static_shapes(const Structure& structure, const Sites& sites, const Loads& loads,
                            const Modes& modes, bool turning = false);
 
+// The same for one given force on the rows, one shape or none: modes and it together deflect under that force
+// as K^-1 f says.
+StaticShapes static_shape(const Structure& structure, const Eigen::VectorXd& force, const Modes& modes);
+
 }  // namespace tremula

@@ -65,7 +65,7 @@ void append_pose(const Loop& loop, const Instance& instance, double time, Vector
 }  // namespace
 
 std::string encode_contact_sheet(const Loop& loop) {
-  check_instances(loop.instances);
+  check_instances(loop.instances, loop.repeats);
   constexpr int columns = 4, rows = 3, cells = columns * rows;
   const Surface surface = gather(loop);
   std::vector<Vectors> positions(cells), normals(cells);

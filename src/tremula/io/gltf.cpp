@@ -171,7 +171,9 @@ Json make_animation(GlbBuilder& builder, const MorphTargets& morphs) {
     }
     channels.push_back({{"sampler", sampler->second}, {"target", {{"node", i}, {"path", "weights"}}}});
   }
-  return {{"name", "wind loop"}, {"channels", std::move(channels)}, {"samplers", std::move(samplers)}};
+  return {{"name", morphs.repeats ? "wind loop" : "clip"},
+          {"channels", std::move(channels)},
+          {"samplers", std::move(samplers)}};
 }
 
 // One for every instance, all of one mesh. `step`: what the mesh's numbers are in [m].
@@ -201,7 +203,7 @@ void check_fit(const Surface& surface, const MorphTargets& morphs) {
   check_finite("glTF: normals of the surface", surface.normal);
   check_finite("glTF: times of the loop", morphs.times);
   check_finite("glTF: weights of the loop", morphs.weights);
-  check_instances(morphs.instances);
+  check_instances(morphs.instances, morphs.repeats);
   if (morphs.weights.size() != morphs.key_count() * morphs.target_count()) {
     throw Error("glTF: " + std::to_string(morphs.weights.size()) +
                 " weights, wanted one for each key and target");
@@ -253,6 +255,7 @@ std::string encode_glb(const Surface& surface, const MorphTargets& morphs, const
   }
 
   Json extras = {{"period_s", morphs.period},
+                 {"repeats", morphs.repeats},
                  {"frames_per_second", facts.frames_per_second},
                  {"wind_speed_m_s", facts.wind_speed},
                  {"heading_deg", facts.heading},

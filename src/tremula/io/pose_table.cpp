@@ -7,7 +7,7 @@
 namespace tremula {
 
 std::string encode_pose_table(const Loop& loop, std::span<const int> frames) {
-  check_instances(loop.instances);
+  check_instances(loop.instances, loop.repeats);
   const bool several = loop.instances.size() > 1;
   std::string text =
       several ? "frame,time_s,instance,node,x,y,z,rx,ry,rz\n" : "frame,time_s,node,x,y,z,rx,ry,rz\n";

@@ -255,7 +255,7 @@ void check_fit(const Loop& loop, const Rig& rig) {
     throw Error("glTF: the surface has no triangles");
   check_finite("glTF: positions of the surface", surface.position);
   check_finite("glTF: normals of the surface", surface.normal);
-  check_instances(loop.instances);
+  check_instances(loop.instances, loop.repeats);
   if (rig.shares.size() != surface.vertex_count()) {
     throw Error("glTF: the rig has " + std::to_string(rig.shares.size()) + " vertices, wanted " +
                 std::to_string(surface.vertex_count()));
@@ -323,6 +323,7 @@ Json make_extras(const Loop& loop, const Rig& rig) {
   for (const RigClip& clip : rig.clips)
     clips.push_back({{"name", clip.name}, {"wind_speed_m_s", clip.wind_speed}});
   return {{"period_s", loop.period},
+          {"repeats", loop.repeats},
           {"frames_per_second", loop.facts.frames_per_second},
           {"wind_speed_m_s", loop.facts.wind_speed},
           {"heading_deg", loop.facts.heading},
