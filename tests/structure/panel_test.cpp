@@ -120,7 +120,7 @@ TEST(FrameWithAPanel, MovesEveryPlaceRigidlyWhereAllNodesAre) {
     if (node.row >= 0) moved.segment<6>(node.row) << shift + turn.cross(node.position - about), turn;
   }
   const PlacedPanel& panel = structure.panels[0];
-  for (const Eigen::Vector2d place : {Eigen::Vector2d(0, 0), {1, 0.6}, {0.61, 0.13}, {0.4, 0.33}}) {
+  for (const Eigen::Vector2d& place : {Eigen::Vector2d(0, 0), {1, 0.6}, {0.61, 0.13}, {0.4, 0.33}}) {
     const PanelPlace there = place_on(panel, place);
     const Eigen::MatrixXd corners = corner_displacements(there, moved);
     const Vec3 wanted = shift + turn.cross(panel.sheet.position(place) - about);
