@@ -138,7 +138,7 @@ TEST(FrameFile, NamesWhatIsWrongWithTubesAndPanels) {
                         "0.02 m"));
   EXPECT_THAT(complaint_about(changed_sign("wall = 0.002", "wall = 0")), HasSubstr("11:8: wall: 0, wanted"));
   EXPECT_THAT(complaint_about(changed_sign("0.5, \"top\"", "0.5, \"tip\"")),
-              HasSubstr("frame.toml:21:39: fixed: no point 'tip'; did you mean top?"));
+              HasSubstr("frame.toml:21:40: fixed: no point 'tip'; did you mean top?"));
   EXPECT_THAT(complaint_about(changed_sign("[0.3, 0.5, \"top\"]", "[0.3, 0.7, \"top\"]")),
               HasSubstr("frame.toml:12:1: frame panel 0: fixing at 0.3, 0.7 m: off the panel"));
   EXPECT_THAT(complaint_about(changed_sign("[0.3, 0.5, \"top\"]", "[0.3, \"top\"]")),

@@ -196,7 +196,7 @@ Vec3 direction_of(const Reader& reader, const toml::table& panel, const char* ke
 }
 
 std::vector<PanelFixing> fixings_of(const Reader& reader, const toml::table& panel) {
-  const char* wanted = "places and names of points [[x, y, \"point\"], …]";
+  const char* wanted = "places and names of points [[x, y, \"point\"], ...]";
   std::vector<PanelFixing> fixings;
   for (const toml::node& entry : list(reader, needed(reader, panel, "fixed", "panel"), "fixed", wanted)) {
     const toml::array& fixing = list(reader, entry, "fixed", wanted);

@@ -72,7 +72,7 @@ Sheet sheet_of(const TomlPlace& place, const toml::table& table) {
   sheet.clamped = edges_of(place, table, "clamp");
   sheet.pinned = edges_of(place, table, "pin");
   if (const toml::node* node = table.get("points")) {
-    for (const toml::node& entry : list(place, *node, "points", "a list of places [[x, y], …]")) {
+    for (const toml::node& entry : list(place, *node, "points", "a list of places [[x, y], ...]")) {
       const std::vector<double> at = numbers(place, entry, "points", 2, 0, "two numbers on the sheet [m]");
       sheet.pinned_points.emplace_back(at[0], at[1]);
     }
