@@ -256,10 +256,11 @@ void StructureFlags::add_to(CLI::App& command) {
       ->group(group);
   shape_option =
       command
-          .add_option("--shape", shape,
-                      "loaded: the file has the plant as it stands under its weight, as scans and drawings do; "
-                      "unloaded: as it would be without, and weight (or what floats) bends it first, as kelp and "
-                      "algae are")
+          .add_option(
+              "--shape", shape,
+              "loaded: the file has the plant as it stands under its weight, as scans and drawings do; "
+              "unloaded: as it would be without, and weight (or what floats) bends it first, as kelp and "
+              "algae are")
           ->check(CLI::IsMember({"loaded", "unloaded"}))
           ->capture_default_str()
           ->group(group);

@@ -51,9 +51,8 @@ class Grower {
   }
 
   Habitat habitat() const {
-    Habitat habitat{.in_water = system_.in_water,
-                    .drawn_unloaded = system_.drawn_unloaded,
-                    .material = system_.material};
+    Habitat habitat{
+        .in_water = system_.in_water, .drawn_unloaded = system_.drawn_unloaded, .material = system_.material};
     if (system_.current) habitat.current = setting(*system_.current, "current", 0, 10);
     if (system_.water_depth) habitat.water_depth = setting(*system_.water_depth, "water_depth", 0.01, 1e4);
     return habitat;

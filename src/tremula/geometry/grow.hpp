@@ -31,9 +31,9 @@ struct GrowOptions {
 struct Habitat {
   bool in_water = false;
   bool drawn_unloaded = false;  // its weight, or what floats, has yet to bend it (structure/sag.hpp)
-  std::string material = {};  // a name of material_presets (structure/material.hpp); empty: none said
-  double current = 0;         // that there is without wind [m/s]
-  double water_depth = 0;     // [m]
+  std::string material = {};    // a name of material_presets (structure/material.hpp); empty: none said
+  double current = 0;           // that there is without wind [m/s]
+  double water_depth = 0;       // [m]
 };
 
 struct GrownPlant {
