@@ -257,7 +257,7 @@ void add_animate(CLI::App& app) {
   sub.add_option(
          "--current", command->current,
          "Speed of the current, in water [m/s]. Kelp, seagrass and algae have --wind-speed for the wind "
-         "over the water, which makes waves, and a current of their own and 2 % of the wind's if not given")
+         "over the water, which makes waves, and a current of their own and 1 % of the wind's if not given")
       ->group(wind);
   sub.add_option(
          "--waves", command->waves,

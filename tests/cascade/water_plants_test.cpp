@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "trees.hpp"
+#include "tremula/base/error.hpp"
 #include "tremula/dynamics/damping.hpp"
 #include "tremula/geometry/grow.hpp"
 #include "tremula/geometry/plants.hpp"

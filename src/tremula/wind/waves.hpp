@@ -36,8 +36,9 @@ void check_waves(const Waves& waves);
 // They never break. Throws InputError for a wind or a depth that is not above 0.
 Waves wind_waves(double wind_speed, double water_depth);
 
-// What part of the wind's speed the water under it takes up as a current: 2 to 3.5 per cent at the surface.
-inline constexpr double wind_drift = 0.02;
+// What part of the wind's speed the water under it takes up as a current: 2 to 3.5 per cent at the surface,
+// and over the depth about half of that.
+inline constexpr double wind_drift = 0.01;
 
 // k of omega^2 = g k tanh(k h) [1/m], to 15 digits. omega [rad/s] 0 or more, depth [m] above 0.
 double wave_number(double omega, double water_depth);
