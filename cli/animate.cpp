@@ -491,8 +491,7 @@ Dynamics AnimateCommand::dynamics_of(const CLI::App& flags, const Plant& plant, 
     return kinds_of_dynamics.at(dynamics);
   }
   const SheetOptions options = structure.sheet_options(input);
-  const bool chosen =
-      flags.count("--dynamics") > 0 || is_clip() || loads.pose == "linear" || loads.model == "paper";
+  const bool chosen = flags.count("--dynamics") > 0 || loads.pose == "linear" || loads.model == "paper";
   if (chosen || !flaps(*plant.sheet, options, wind_at_middle(*plant.sheet, blowing)))
     return kinds_of_dynamics.at(dynamics);
   return Dynamics::flapping;
@@ -634,8 +633,6 @@ void AnimateCommand::run(const CLI::App& flags) {
   if (!pull.empty()) {
     need_tree(plant, "--pull");
     conditions.pull = place_pull(plant.imported.skeleton, pull, pull_heading.value_or(wind_flags.heading));
-  } else if (is_clip() && plant.sheet) {
-    throw InputError(gust.empty() ? "--from-rest" : "--gust", "a sheet", "a tree or a frame");
   }
   if (!report.empty() && plant.is_tree()) conditions.most_strained = 10;
   const int modes = modes_of(plant, warnings);
@@ -647,6 +644,9 @@ void AnimateCommand::run(const CLI::App& flags) {
                           write_options, writers, outputs));
 
   conditions.dynamics = dynamics_of(flags, plant, conditions.wind);
+  if (is_clip() && plant.sheet && conditions.dynamics != Dynamics::flapping)
+    throw InputError(gust.empty() ? "--from-rest" : "--gust", "a sheet that no wind makes flap",
+                     "a flag, a tree or a frame");
   if (plant.sheet) conditions.flapping.gravity = structure.gravity;
   Subject subject = bake_plant(plant, options, conditions, progress, warnings);
   const auto writes = [&](std::string_view extension) {

@@ -135,6 +135,20 @@ TEST(ProgramOnSheets, SaysHowAFlagWasMoved) {
   EXPECT_EQ(dynamics("sheet.toml --wind-speed 12 --gravity 0"), "flapping");
 }
 
+TEST(ProgramOnSheets, AFlagRisesInAGustFromRest) {
+  const test::TemporaryFolder folder;
+  const Outcome outcome =
+      run(folder,
+          "animate flag --gust 1-cosine:12:4 --from-rest --wind-speed 0.5 --period 4 --fps 10 "
+          "-o a.glb --report r.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  const json settings = json::parse(test::contents(folder / "r.json"))["settings"];
+  EXPECT_EQ(settings["dynamics"], "flapping");
+  EXPECT_EQ(settings["repeats"], false);
+  EXPECT_EQ(run(folder, "animate banner --gust 1-cosine:8:2 -o b.glb").code, 2);
+  EXPECT_EQ(run(folder, "animate flag --pull 4.5m:2N -o b.glb").code, 2);
+}
+
 TEST(ProgramOnSheets, RefusesToFlapWhatIsNoFlag) {
   const test::TemporaryFolder folder;
   for (const std::string plant : {"sapling", "banner"}) {

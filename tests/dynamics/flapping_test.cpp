@@ -8,6 +8,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Geometry>
+
 #include <gtest/gtest.h>
 
 namespace tremula {
@@ -322,6 +324,39 @@ TEST(Flap, InAnEvenWindRepeatsAtItsOwnTime) {
   const Flag flag = *flag_of(preset("flag"));
   const FlappingLoop found = flap(flag, {}, {5, 150}, Vec3(6, 0, 0).replicate(1, 150));
   EXPECT_LT(found.seam, 0.1);
+}
+
+TEST(Fly, BeginsAtRestAndRisesWithItsGust) {
+  const Flag flag = *flag_of(preset("flag"));
+  const FlappingOptions options;
+  Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, 90);
+  for (int p = 30; p < 90; ++p) wind(0, p) = 10;
+  const FlappingLoop clip = fly(flag, options, {3, 90}, wind, true);
+  ASSERT_EQ(clip.angles.cols(), 90);
+  EXPECT_LT((clip.angles.col(20) - clip.angles.col(0)).norm(), 0.02);
+  EXPECT_GT(clip.angles(options.modes, 0), 1.2);
+  EXPECT_LT(clip.angles(options.modes, 89), 0.4);
+}
+
+TEST(Fly, BeginsAsTheFirstWindKeepsItUp) {
+  const Flag flag = *flag_of(preset("flag"));
+  const FlappingOptions options;
+  const FlappingLoop clip = fly(flag, options, {2, 60}, Vec3(8, 0, 0).replicate(1, 60), false);
+  EXPECT_NEAR(clip.angles.row(options.modes).head(20).mean(), clip.angles.row(options.modes).tail(20).mean(),
+              0.05);
+  EXPECT_LT(clip.angles(options.modes, 0), 0.3);
+}
+
+TEST(WindOn, TurnsAndScalesAsAScriptSays) {
+  const Flag flag = *flag_of(preset("flag"));
+  PointWind wind;
+  wind.mean = Vec3(4, 0, 0);
+  wind.velocity = [](int, int) -> Eigen::Matrix3Xcd { return Eigen::Matrix3Xcd::Zero(3, 1); };
+  const Eigen::Matrix3Xd turned = wind_on(flag, wind, {2, 8}, [](double time) -> Mat3 {
+    return Eigen::AngleAxisd(time, Vec3::UnitZ()).toRotationMatrix() * (1 + time);
+  });
+  EXPECT_LT((turned.col(0) - Vec3(4, 0, 0)).norm(), 1e-12);
+  EXPECT_LT((turned.col(4) - 8 * Vec3(std::cos(1), std::sin(1), 0)).norm(), 1e-12);
 }
 
 TEST(DampingRates, AreThoseOfTheBendingModes) {

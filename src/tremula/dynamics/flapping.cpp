@@ -522,7 +522,30 @@ FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAx
   return result;
 }
 
-Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis& loop) {
+FlappingLoop fly(const Flag& flag, const FlappingOptions& options, const TimeAxis& clip,
+                 const Eigen::Matrix3Xd& wind, bool from_rest) {
+  check_equal("samples of the wind", wind.cols(), clip.sample_count);
+  check_at_least("samples of the wind", clip.sample_count, 1);
+  const Vec3 first = from_rest ? Vec3(Vec3::Zero()) : Vec3(wind.col(0));
+  const double step = clip.period / clip.sample_count,
+               settled = 10 + 40 * flag.length / std::max(0.3, first.norm());
+  const FlappingCourse before = integrate_flapping(
+      flag, options, flapping_start(flag, options), [&](double) { return first; }, settled / 1000, 1000);
+  const int last = clip.sample_count - 1;
+  const FlappingCourse course = integrate_flapping(
+      flag, options, before.last,
+      [&](double time) {
+        const double at = std::min(time / step, static_cast<double>(last));
+        const auto i = static_cast<Eigen::Index>(at);
+        const double share = at - static_cast<double>(i);
+        return Vec3((1 - share) * wind.col(i) + share * wind.col(std::min<Eigen::Index>(i + 1, last)));
+      },
+      step, last);
+  return {.angles = course.angles, .pull = course.pull.mean()};
+}
+
+Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis& loop,
+                         const std::function<Mat3(double time)>& change) {
   const Eigen::Index count = wind.mean.cols();
   check_at_least("points of the wind", count, 1);
   Mat3 axes;
@@ -531,6 +554,10 @@ Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis
   Eigen::Matrix3Xd samples =
       samples_from_half_spectra(wind_forces(averages, loop, wind), loop.sample_count).transpose();
   samples.colwise() += axes.transpose() * wind.mean.rowwise().mean();
+  for (Eigen::Index p = 0; change && p < samples.cols(); ++p) {
+    const double time = loop.period * static_cast<double>(p) / loop.sample_count;
+    samples.col(p) = axes.transpose() * (change(time) * (axes * samples.col(p)));
+  }
   return samples;
 }
 

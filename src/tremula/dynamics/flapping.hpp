@@ -114,8 +114,15 @@ struct FlappingLoop {
 FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAxis& loop,
                   const Eigen::Matrix3Xd& wind);
 
+// A clip instead, which ends as it ends: on from rest in still air, or from what the first wind keeps up.
+// stretch is 1, seam 0.
+FlappingLoop fly(const Flag& flag, const FlappingOptions& options, const TimeAxis& clip,
+                 const Eigen::Matrix3Xd& wind, bool from_rest);
+
 // The mean over all points of a wind as a loop has it: along onwards, side and edge (3 x M) [m/s].
-Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis& loop);
+// change, where given, is what becomes of it by and by (gust_script.hpp).
+Eigen::Matrix3Xd wind_on(const Flag& flag, const PointWind& wind, const TimeAxis& loop,
+                         const std::function<Mat3(double time)>& change = nullptr);
 
 // FlappingOptions::damping_rates of a damping; what only turns has none. [1/s]
 std::array<double, 8> damping_rates(const Flag& flag, const FlappingOptions& options, const Damping& damping);
