@@ -28,6 +28,7 @@ PAGE
 mkdir -p docs/figures
 row sapling 1 1040 docs/figures/sapling.png --wind-speed 6 --period 20 --seed 1
 row flag 0 1040 docs/figures/flag.png --wind-speed 8 --period 20 --seed 1
+row seagrass 0 1040 docs/figures/seagrass.png --wind-speed 6 --period 20 --seed 1
 row oak 0 1040 docs/figures/oak.png --wind-speed 12 --period 20 --seed 1
 tremula modes stam-62 --plot docs/figures/modes.svg > /dev/null
 tremula beam --count 3 --plot docs/figures/beam.svg > /dev/null
