@@ -497,6 +497,15 @@ Dynamics AnimateCommand::dynamics_of(const CLI::App& flags, const Plant& plant, 
   return Dynamics::flapping;
 }
 
+// A flag that flaps has no use for what belongs to modes.
+void AnimateCommand::refuse_of_modes(const CLI::App& flags) const {
+  for (const char* flag :
+       {"--modes", "--drag", "--transfer", "--no-static-correction", "--no-aerodynamic-damping"}) {
+    if (flags.count(flag) > 0)
+      throw InputError(flag, "given with a flag that flaps", "--dynamics modal with it");
+  }
+}
+
 // The mean wind drags along the sheet and so pulls it straight.
 Subject AnimateCommand::bake_sheet(Sheet sheet, BakeOptions options, const Weather& conditions,
                                    const Progress& progress, WarningLog& warnings) const {
@@ -644,6 +653,7 @@ void AnimateCommand::run(const CLI::App& flags) {
                           write_options, writers, outputs));
 
   conditions.dynamics = dynamics_of(flags, plant, conditions.wind);
+  if (conditions.dynamics == Dynamics::flapping) refuse_of_modes(flags);
   if (is_clip() && plant.sheet && conditions.dynamics != Dynamics::flapping)
     throw InputError(gust.empty() ? "--from-rest" : "--gust", "a sheet that no wind makes flap",
                      "a flag, a tree or a frame");

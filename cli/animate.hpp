@@ -136,6 +136,7 @@ struct AnimateCommand {
   int modes_of(const Plant& plant, WarningLog& warnings) const;
   // How it moves where nobody says: a flag by its threads.
   Dynamics dynamics_of(const CLI::App& flags, const Plant& plant, const Wind& blowing) const;
+  void refuse_of_modes(const CLI::App& flags) const;
   Subject bake_plant(const Plant& plant, BakeOptions options, const Weather& conditions,
                      const Progress& progress, WarningLog& warnings) const;
   Subject bake_sheet(Sheet sheet, BakeOptions options, const Weather& conditions, const Progress& progress,

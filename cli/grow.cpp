@@ -50,7 +50,7 @@ struct GrowCommand {
     const Skeleton& skeleton = plant.imported.skeleton;
     // A tree file does not say where the plant lives.
     const Habitat habitat = habitat_of(input);
-    std::string lives = habitat.in_water ? " --medium water --current 0.3" : "";
+    std::string lives = habitat.in_water ? " --medium water --current 0.15" : "";
     if (habitat.drawn_unloaded) lives.append(" --shape unloaded");
     if (!habitat.material.empty()) lives.append(" --material ").append(habitat.material);
     std::cerr << "tremula: " << output << ": " << skeleton.branch_count() << " branches, "

@@ -115,7 +115,7 @@ TEST(GustFlag, RefusesInOneLineWhatItHasNoUseFor) {
   refuses("--pull 1.3m:10N --from-rest", "--from-rest: given with --pull");
   refuses("--pull-heading 30", "--pull-heading: given without --pull");
   EXPECT_EQ(run(folder, "animate flag --pull 1m:1N -o x.glb").code, 2);
-  EXPECT_EQ(run(folder, "animate flag --gust good.csv -o x.glb").code, 2);
+  EXPECT_EQ(run(folder, "animate banner --gust good.csv -o x.glb").code, 2);
   EXPECT_EQ(run(folder, "animate sapling --gust good.csv -o x.csv --frames 90").code, 2);
 }
 

@@ -149,6 +149,16 @@ TEST(ProgramOnSheets, AFlagRisesInAGustFromRest) {
   EXPECT_EQ(run(folder, "animate flag --pull 4.5m:2N -o b.glb").code, 2);
 }
 
+TEST(ProgramOnSheets, AFlagThatFlapsRefusesWhatBelongsToModes) {
+  const test::TemporaryFolder folder;
+  for (const std::string flag : {"--modes 3", "--drag quadratic", "--transfer sampled",
+                                 "--no-static-correction", "--no-aerodynamic-damping"}) {
+    const Outcome outcome = run(folder, "animate flag -o a.glb " + flag);
+    EXPECT_EQ(outcome.code, 2) << flag;
+    EXPECT_THAT(outcome.messages, HasSubstr("--dynamics modal")) << flag;
+  }
+}
+
 TEST(ProgramOnSheets, RefusesToFlapWhatIsNoFlag) {
   const test::TemporaryFolder folder;
   for (const std::string plant : {"sapling", "banner"}) {

@@ -335,6 +335,7 @@ TEST(EncodeGlb, SaysWhatIsInIt) {
   const json& scene = w.glb.document["scenes"][0];
   EXPECT_EQ(scene["name"], "aspen");
   EXPECT_EQ(scene["extras"]["tremula"], json({{"period_s", 2.0},
+                                              {"repeats", true},
                                               {"frames_per_second", 24.0},
                                               {"wind_speed_m_s", 6.5},
                                               {"heading_deg", 30.0},

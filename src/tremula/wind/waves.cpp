@@ -127,6 +127,13 @@ PointWind at_points(const std::shared_ptr<const SeaState>& sea, const TimeAxis& 
   return result;
 }
 
+// Miche's limit is 0.14 of the length in deep water; in shallow water single waves break at 0.78 of the
+// depth, and the highest of a sea have nearly twice H_s.
+double breaking_height(const Waves& waves) {
+  const double length = 2 * pi / wave_number(2 * pi / waves.peak_period, waves.water_depth);
+  return std::min(0.6 * waves.water_depth, length / 7);
+}
+
 }  // namespace
 
 void check_waves(const Waves& waves) {
@@ -140,10 +147,7 @@ void check_waves(const Waves& waves) {
   check(waves.peak_enhancement >= 1 && waves.peak_enhancement <= 10, "peak enhancement of the waves",
         waves.peak_enhancement, "1 to 10");
   check(true, "heading of the waves", waves.heading, "an angle in degrees");
-  // Miche's limit is 0.14 of the length in deep water; in shallow water single waves break at 0.78 of the
-  // depth, and the highest of a sea have nearly twice H_s.
-  const double length = 2 * pi / wave_number(2 * pi / waves.peak_period, waves.water_depth);
-  const double highest = std::min(0.6 * waves.water_depth, length / 7);
+  const double highest = breaking_height(waves);
   check(waves.significant_height <= highest, "significant height of the waves", waves.significant_height,
         "at most " + number_text(highest) + " m: higher ones break in " + number_text(waves.water_depth) +
             " m of water at a peak period of " + number_text(waves.peak_period) + " s");
@@ -159,6 +163,7 @@ Waves wind_waves(double wind_speed, double water_depth) {
   waves.significant_height =
       wind_speed * wind_speed / gravity * 0.283 * std::tanh(0.530 * std::pow(depth, 0.75));
   waves.peak_period = wind_speed / gravity * 7.54 * std::tanh(0.833 * std::pow(depth, 0.375));
+  waves.significant_height = std::min(waves.significant_height, breaking_height(waves));
   return waves;
 }
 

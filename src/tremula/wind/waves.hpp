@@ -33,7 +33,8 @@ void check_waves(const Waves& waves);
 //   g H_s/U^2 = 0.283 tanh(0.530 (g h/U^2)^(3/4)),   g T_p/U = 7.54 tanh(0.833 (g h/U^2)^(3/8))
 //
 // (Shore Protection Manual 1984, eq. 3-39 and 3-40, for a long fetch); in deep water a fully developed sea.
-// They never break. Throws InputError for a wind or a depth that is not above 0.
+// Where they would break they are as high as they can be. Throws InputError for a wind or a depth that is not
+// above 0.
 Waves wind_waves(double wind_speed, double water_depth);
 
 // What part of the wind's speed the water under it takes up as a current: 2 to 3.5 per cent at the surface,
