@@ -44,6 +44,7 @@ function prepare(folder) {
   const growing = readFileSync(join(root, 'docs/guide/growing.md'), 'utf8');
   const rowan = [...growing.matchAll(/```lsys\n([^]*?)```/g)].find((match) => match[1].includes('nodes ='));
   writeFileSync(join(folder, 'my_plant.lsys'), rowan[1]);
+  writeFileSync(join(folder, 'squall.csv'), 'time_s,speed_m_s\n0,2\n3,2\n4.5,14\n9,3\n');
   for (const name of ['sign.toml', 'sheet.toml']) copyFileSync(join(root, 'examples/sheets/sign.toml'), join(folder, name));
   const made = shell(folder, `set -e
     tremula grow sapling -o tree.swc
