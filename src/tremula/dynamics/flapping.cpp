@@ -382,8 +382,6 @@ bool flaps(const Sheet& sheet, const SheetOptions& options, const Vec3& wind) {
   return speed > 0 && std::isfinite(find_flutter(sheet, options, wind / speed, speed).speed);
 }
 
-// A beam alone: the sines and cosines of theta are not its modes, but the mass of each is that of the
-// deflection int theta, and K_j/omega_j^2 what it must be for its own frequency.
 Eigen::VectorXd natural_omega(const Flag& flag, const FlappingOptions& options) {
   Eigen::VectorXd omega(options.modes);
   for (int j = 0; j < options.modes; ++j) {

@@ -11,7 +11,7 @@
 // = 0. The equations are Lagrange's, exact for any angle. The air is Lighthill's for large amplitudes: with u
 // and w the speed of the sheet along itself and across itself through the air and p = A w the momentum of the
 // air, the force along the normal is -(dp/dt - (u p)' + kappa w p / 2) (Candelier, Boyer & Leroyer 2011, J.
-// Fluid Mech. 674; Michelin & Doare 2013, J. Fluid Mech. 714, eq. 2.4), and of the flow that leaves it
+// Fluid Mech. 674; Michelin & Doare 2013, J. Fluid Mech. 714), and of the flow that leaves it
 // -1/2 rho C_d |w| w. A is that of sections (rho pi b/4 on an area) for long waves and that of an endless
 // plane (2 rho/k) for short ones, 1/A their sum.
 //
@@ -66,11 +66,11 @@ struct FlappingOptions {
   double normal_coefficient = 1.8;     // C_d (Michelin & Doare 2013)
   double friction_coefficient = 0.02;  // along it, both sides together
   double fluid_damping = 1e-4;         // see above
-  // c_j of damping.hpp, of the flag without air [1/s]
+  // c_j of damping.hpp, of such waves as natural_omega has [1/s]
   std::array<double, 8> damping_rates = {};
 };
 
-// omega of theta's coordinates, each alone and without air [rad/s].
+// omega of waves with the wavenumbers k of theta's coordinates, without air: k^2 sqrt(B/m). (modes) [rad/s]
 Eigen::VectorXd natural_omega(const Flag& flag, const FlappingOptions& options);
 
 // The angles of a flag and how fast they change: coordinates of theta, then of delta.
