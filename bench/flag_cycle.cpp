@@ -2,10 +2,11 @@
 //
 //   bench_flag_cycle [PRESET]     by default flag
 #include <chrono>
-#include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <string>
 
+#include "crossings.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/dynamics/flapping.hpp"
 #include "tremula/structure/sheet_presets.hpp"
@@ -13,19 +14,6 @@
 namespace {
 
 using namespace tremula;
-
-// How often it rises through its mean.
-double frequency_of(const Eigen::VectorXd& samples, double step) {
-  const double mean = samples.mean();
-  double first = -1, last = -1;
-  int count = -1;
-  for (Eigen::Index i = 1; i < samples.size(); ++i) {
-    if (!(samples[i - 1] < mean && samples[i] >= mean)) continue;
-    last = (static_cast<double>(i) - (samples[i] - mean) / (samples[i] - samples[i - 1])) * step;
-    if (count++ < 0) first = last;
-  }
-  return count > 0 ? count / (last - first) : 0;
-}
 
 void run(const std::string& name) {
   const FlappingOptions options;
@@ -45,11 +33,12 @@ void run(const std::string& name) {
       const Eigen::MatrixXd late = course.angles.rightCols(800);
       Eigen::VectorXd fly(late.cols());
       for (Eigen::Index i = 0; i < fly.size(); ++i) fly[i] = thread(*flag, options, late.col(i), 40)(1, 40);
-      const double frequency = frequency_of(fly, step), sway = fly.maxCoeff() - fly.minCoeff();
+      const double frequency = test::frequency_of_crossings(fly, step),
+                   sway = fly.maxCoeff() - fly.minCoeff();
       std::printf("%8g %12.2f %6.2f %6.2f %6.2f %10.0f %15.1f\n", speed, frequency,
                   frequency * flag->length / speed, frequency * sway / speed,
                   course.pull.tail(800).mean() / (0.5 * options.fluid_density * speed * speed * flag->length),
-                  late.row(options.modes).mean() * 180 / 3.14159265358979, 1000 * seconds / (2000 * step));
+                  late.row(options.modes).mean() * 180 / std::numbers::pi, 1000 * seconds / (2000 * step));
     }
   }
 }

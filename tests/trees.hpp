@@ -45,6 +45,27 @@ inline Skeleton straight_stem(int pieces, double length, double base_radius, dou
   return skeleton;
 }
 
+// Such a stem of one radius along z, with a ribbon of so many kg/m all along it, whose normal is x.
+inline Skeleton stem_with_ribbon(int pieces, double length, double radius, double width,
+                                 double mass_per_length) {
+  Skeleton stem = straight_stem(pieces, length, radius, radius);
+  for (int k = 0; k < pieces; ++k) {
+    const Branch& branch = stem.branches[static_cast<std::size_t>(k)];
+    stem.leaves.push_back({.branch = k,
+                           .position = 0.5,
+                           .base = branch.start,
+                           .axis = Vec3::UnitZ(),
+                           .normal = Vec3::UnitX(),
+                           .length = branch.length(),
+                           .width = width,
+                           .area = width * branch.length(),
+                           .mass = mass_per_length * branch.length(),
+                           .is_ribbon = true,
+                           .end_width = width});
+  }
+  return stem;
+}
+
 // A random branching tree: lengths around 0.5 m, radii that shrink by order, tapered.
 inline Skeleton random_tree(int branch_count, std::uint64_t seed) {
   Skeleton skeleton;

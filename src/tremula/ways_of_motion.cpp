@@ -183,8 +183,9 @@ Motion by_flapping(const Structure& structure, const Weather& weather, double gr
   const bool repeats = !weather.makes_clip();
   const Eigen::Matrix3Xd blowing =
       wind_on(*flag, wind, weather.loop, repeats ? nullptr : change_in_time(weather));  // m/s
-  const FlappingLoop loop = repeats ? flap(*flag, options, weather.loop, blowing)
-                                    : fly(*flag, options, weather.loop, blowing, weather.from_rest);  // rad
+  const FlappingLoop loop =
+      repeats ? flap(*flag, options, weather.loop, blowing)
+              : flap_through(*flag, options, weather.loop, blowing, weather.from_rest);  // rad
   if (warnings && loop.seam > 0.5) {
     char text[160];
     std::snprintf(

@@ -27,26 +27,6 @@ using std::numbers::pi;
 constexpr double water = 1000, length = 1.2, radius = 0.004, width = 0.06, blade_mass = 0.05;  // [kg/m]
 constexpr int pieces = 48;
 
-// A stem along z with a ribbon all along it, whose normal is x.
-Skeleton bladed_stem() {
-  Skeleton stem = test::straight_stem(pieces, length, radius, radius);
-  for (int k = 0; k < pieces; ++k) {
-    const Branch& branch = stem.branches[static_cast<std::size_t>(k)];
-    stem.leaves.push_back({.branch = k,
-                           .position = 0.5,
-                           .base = branch.start,
-                           .axis = Vec3::UnitZ(),
-                           .normal = Vec3::UnitX(),
-                           .length = branch.length(),
-                           .width = width,
-                           .area = width * branch.length(),
-                           .mass = blade_mass * branch.length(),
-                           .is_ribbon = true,
-                           .end_width = width});
-  }
-  return stem;
-}
-
 const StructureOptions kelp_in_water{
     .material = find_material("kelp"), .rotatory_inertia = false, .added_mass_density = water, .gravity = 0};
 
@@ -66,7 +46,8 @@ double omega_of_cantilever(double mass) {
 }
 
 TEST(KelpUnderWater, SwaysAcrossItsBladeAsACantileverWithTheWaterOfTheBlade) {
-  const Structure structure = assemble(bladed_stem(), kelp_in_water);
+  const Structure structure =
+      assemble(test::stem_with_ribbon(pieces, length, radius, width, blade_mass), kelp_in_water);
   const Modes modes = solve_modes(structure, {.count = 8});
   const double across = omega_of_cantilever(mass_across()), edgeways = omega_of_cantilever(mass_edgeways());
   EXPECT_NEAR(modes.omega()[0], across, 1e-3 * across);
@@ -79,7 +60,8 @@ TEST(KelpUnderWater, SwaysAcrossItsBladeAsACantileverWithTheWaterOfTheBlade) {
 
 // zeta = c / (2 mu omega), c what a metre of drag grows by with the speed of the water.
 TEST(KelpUnderWater, IsDampedByTheDragThatIsLinearAboutTheCurrent) {
-  const Structure structure = assemble(bladed_stem(), kelp_in_water);
+  const Structure structure =
+      assemble(test::stem_with_ribbon(pieces, length, radius, width, blade_mass), kelp_in_water);
   const Modes modes = solve_modes(structure, {.count = 1});
   const Sites sites = structure.find_sites();
   constexpr double current = 0.25;
@@ -154,7 +136,8 @@ TEST(BuoyantStem, IsStifferTheMoreItsFloatPulls) {
 
 // The blades' water turns with them: of a stem laid on its side it is what moves up and down.
 TEST(BladeWater, TurnsWithTheBladesOfAStemThatBends) {
-  const Structure structure = assemble(bladed_stem(), kelp_in_water);
+  const Structure structure =
+      assemble(test::stem_with_ribbon(pieces, length, radius, width, blade_mass), kelp_in_water);
   Eigen::VectorXd strains = Eigen::VectorXd::Zero(structure.size());
   const double each = pi / 2 / pieces;
   for (int k = 0; k < pieces; ++k) {

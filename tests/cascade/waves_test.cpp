@@ -49,26 +49,6 @@ Wind one_wave() {
   return wind;
 }
 
-// A stem with a ribbon all along it that faces the wave.
-Skeleton bladed_stem(double width, double mass_per_length) {
-  Skeleton stem = test::straight_stem(24, length, radius, radius);
-  for (int k = 0; k < stem.branch_count(); ++k) {
-    const Branch& branch = stem.branches[static_cast<std::size_t>(k)];
-    stem.leaves.push_back({.branch = k,
-                           .position = 0.5,
-                           .base = branch.start,
-                           .axis = Vec3::UnitZ(),
-                           .normal = Vec3::UnitX(),
-                           .length = branch.length(),
-                           .width = width,
-                           .area = width * branch.length(),
-                           .mass = mass_per_length * branch.length(),
-                           .is_ribbon = true,
-                           .end_width = width});
-  }
-  return stem;
-}
-
 // The amplitude of the moment at the foot of a stiff stem [N m].
 double moment_at_the_foot(const LoadOptions& loads, Drag drag,
                           const Skeleton& stem = test::straight_stem(24, length, radius, radius),
@@ -117,7 +97,7 @@ TEST(StemUnderAWave, WithBladesHasTheMomentOfTheWaterThatTheyCarryToo) {
                           .ribbon_normal_coefficient = 0,
                           .ribbon_friction_coefficient = 0,
                           .inertia_coefficient = 2};
-  const Skeleton stem = bladed_stem(width, mass);
+  const Skeleton stem = test::stem_with_ribbon(24, length, radius, width, mass);
   EXPECT_NEAR(moment_at_the_foot(loads, Drag::linear, stem), wanted, 3e-3 * wanted);
   EXPECT_NEAR(moment_at_the_foot(loads, Drag::quadratic, stem), wanted, 3e-3 * wanted);
   // With two modes the static shapes stand in for all others.

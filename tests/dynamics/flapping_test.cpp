@@ -1,5 +1,6 @@
 #include "tremula/dynamics/flapping.hpp"
 
+#include "crossings.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/dynamics/flutter.hpp"
 #include "tremula/structure/sheet_presets.hpp"
@@ -23,22 +24,6 @@ Sheet preset(const char* name) {
 
 WindInTime steady(double speed) {
   return [speed](double) { return Vec3(speed, 0, 0); };
-}
-
-// Rows of numbers that repeat: crossings of the mean, upwards.
-double frequency_of(const Eigen::VectorXd& samples, double step) {
-  const double mean = samples.mean();
-  double first = -1, last = -1;
-  int count = -1;
-  for (Eigen::Index i = 1; i < samples.size(); ++i) {
-    if (samples[i - 1] < mean && samples[i] >= mean) {
-      const double at = (static_cast<double>(i) - (samples[i] - mean) / (samples[i] - samples[i - 1])) * step;
-      if (first < 0) first = at;
-      last = at;
-      ++count;
-    }
-  }
-  return count / (last - first);
 }
 
 Eigen::VectorXd fly(const Flag& flag, const FlappingOptions& options, const Eigen::MatrixXd& angles) {
@@ -99,7 +84,8 @@ TEST(IntegrateFlapping, SwingsWithoutAirAsAClampedBeam) {
   const double omega = 1.8751041 * 1.8751041 * std::sqrt(flag.bending_stiffness / flag.mass_per_area);
   const double step = 2 * pi / omega / 40;
   const FlappingCourse course = integrate_flapping(flag, without_air(), start, steady(0), step, 400);
-  EXPECT_NEAR(frequency_of(fly(flag, without_air(), course.angles), step) * 2 * pi / omega, 1, 0.005);
+  EXPECT_NEAR(test::frequency_of_crossings(fly(flag, without_air(), course.angles), step) * 2 * pi / omega, 1,
+              0.005);
 }
 
 // Lighthill's added mass of a narrow ribbon, rho pi b/4 on its area.
@@ -114,7 +100,8 @@ TEST(IntegrateFlapping, SwingsInStillAirByTheMassOfItsSections) {
   const double omega = 1.8751041 * 1.8751041 * std::sqrt(flag.bending_stiffness / mass);
   const double step = 2 * pi / omega / 40;
   const FlappingCourse course = integrate_flapping(flag, options, start, steady(0), step, 400);
-  EXPECT_NEAR(frequency_of(fly(flag, options, course.angles), step) * 2 * pi / omega, 1, 0.01);
+  EXPECT_NEAR(test::frequency_of_crossings(fly(flag, options, course.angles), step) * 2 * pi / omega, 1,
+              0.01);
 }
 
 TEST(IntegrateFlapping, KeepsItsEnergyHoweverFarItSwingsWithoutAir) {
@@ -179,7 +166,8 @@ TEST(IntegrateFlapping, OfClothHasTheFrequencyAmplitudeAndDragOfFlags) {
     const FlappingCourse course =
         integrate_flapping(flag, options, flapping_start(flag, options), steady(speed), step, 800);
     const Eigen::VectorXd side = fly(flag, options, course.angles.rightCols(300));
-    const double frequency = frequency_of(side, step), sway = side.maxCoeff() - side.minCoeff();
+    const double frequency = test::frequency_of_crossings(side, step),
+                 sway = side.maxCoeff() - side.minCoeff();
     EXPECT_GT(frequency * sway / speed, 0.2);
     EXPECT_LT(frequency * sway / speed, 0.4);
     EXPECT_GT(frequency * flag.length / speed, 0.3);
@@ -246,7 +234,8 @@ TEST(IntegrateFlapping, SwingsWithoutAirAsAHangingChain) {
   for (int j = 0; j < 2; ++j) start.angles[j] = j == 0 ? 0.01 : -0.0042;
   const double omega = 0.5 * 2.404826 * std::sqrt(9.81 / flag.length), step = 2 * pi / omega / 40;
   const FlappingCourse course = integrate_flapping(flag, options, start, steady(0), step, 800);
-  EXPECT_NEAR(frequency_of(fly(flag, options, course.angles), step) * 2 * pi / omega, 1, 0.01);
+  EXPECT_NEAR(test::frequency_of_crossings(fly(flag, options, course.angles), step) * 2 * pi / omega, 1,
+              0.01);
 }
 
 // A curtain that turns in a wind through it stands off at the angle at which drag and weight agree.
@@ -326,22 +315,22 @@ TEST(Flap, InAnEvenWindRepeatsAtItsOwnTime) {
   EXPECT_LT(found.seam, 0.1);
 }
 
-TEST(Fly, BeginsAtRestAndRisesWithItsGust) {
+TEST(FlapThrough, BeginsAtRestAndRisesWithItsGust) {
   const Flag flag = *flag_of(preset("flag"));
   const FlappingOptions options;
   Eigen::Matrix3Xd wind = Eigen::Matrix3Xd::Zero(3, 90);
   for (int p = 30; p < 90; ++p) wind(0, p) = 10;
-  const FlappingLoop clip = fly(flag, options, {3, 90}, wind, true);
+  const FlappingLoop clip = flap_through(flag, options, {3, 90}, wind, true);
   ASSERT_EQ(clip.angles.cols(), 90);
   EXPECT_LT((clip.angles.col(20) - clip.angles.col(0)).norm(), 0.1);
   EXPECT_GT(clip.angles(options.modes, 0), 1.2);
   EXPECT_LT(clip.angles(options.modes, 89), 0.4);
 }
 
-TEST(Fly, BeginsAsTheFirstWindKeepsItUp) {
+TEST(FlapThrough, BeginsAsTheFirstWindKeepsItUp) {
   const Flag flag = *flag_of(preset("flag"));
   const FlappingOptions options;
-  const FlappingLoop clip = fly(flag, options, {2, 60}, Vec3(8, 0, 0).replicate(1, 60), false);
+  const FlappingLoop clip = flap_through(flag, options, {2, 60}, Vec3(8, 0, 0).replicate(1, 60), false);
   EXPECT_NEAR(clip.angles.row(options.modes).head(20).mean(), clip.angles.row(options.modes).tail(20).mean(),
               0.05);
   EXPECT_LT(clip.angles(options.modes, 0), 0.3);

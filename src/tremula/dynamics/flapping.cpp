@@ -26,16 +26,13 @@ using Coordinates = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>;
 using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
 
 void check(const Flag& flag, const FlappingOptions& options) {
-  const auto above_0 = [](const char* what, double value) {
-    if (!(value > 0 && std::isfinite(value))) throw InputError(what, number_text(value), "a number above 0");
-  };
   const auto from_0 = [](const char* what, double value) {
     if (!(value >= 0 && std::isfinite(value))) throw InputError(what, number_text(value), "0 or more");
   };
-  above_0("length of a flag", flag.length);
-  above_0("span of a flag", flag.span);
-  above_0("mass of a flag", flag.mass_per_area);
-  above_0("bending stiffness of a flag", flag.bending_stiffness);
+  check_positive("length of a flag", flag.length);
+  check_positive("span of a flag", flag.span);
+  check_positive("mass of a flag", flag.mass_per_area);
+  check_positive("bending stiffness of a flag", flag.bending_stiffness);
   from_0("density of the fluid", options.fluid_density);
   from_0("gravity", options.gravity);
   from_0("normal coefficient of a flag", options.normal_coefficient);
@@ -406,7 +403,7 @@ FlappingCourse integrate_flapping(const Flag& flag, const FlappingOptions& optio
   check_equal("angles of a flag", start.angles.size(), model.size());
   check_equal("rates of a flag", start.rates.size(), model.size());
   check_at_least("steps", steps, 0);
-  if (!(step > 0 && std::isfinite(step))) throw InputError("step", number_text(step), "a number above 0");
+  check_positive("step", step, " s");
   FlappingCourse course{Eigen::MatrixXd(model.size(), steps + 1), Eigen::VectorXd(steps + 1), {}};
   Coordinates q = start.angles, v = start.rates;
   for (int i = 0;; ++i) {
@@ -475,7 +472,7 @@ FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAx
   const double speed = std::max(0.3, wind.rowwise().mean().norm());
   // Half a cycle either way, at 0.7 U/L.
   const double cycle = flag.length / (0.7 * speed);
-  const int slack = std::max(1, static_cast<int>(count * std::clamp(0.55 * cycle / loop.period, 0.01, 0.1)));
+  const int slack = std::max(1, static_cast<int>(count * std::min(0.55 * cycle / loop.period, 0.1)));
   const int fade = std::max(1, count / 5);
   // From rest it needs some crossings of the wind to forget.
   const int settle = static_cast<int>(std::ceil((10 + 40 * flag.length / speed) / step));
@@ -487,13 +484,14 @@ FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAx
   const double power =
       (settled.colwise() - settled.rowwise().mean()).squaredNorm() / static_cast<double>(settled.cols());
 
-  // The beginning and the length that join best.
+  // The beginning and the length that join best, by a few hundred instants of where they do.
+  const int stride = std::max(finer, fade / 250);
   int start = first, length = count;
   double best = std::numeric_limits<double>::infinity();
   for (int tried = count - slack; tried <= count + slack; ++tried) {
     for (int from = first; from < first + count; from += std::max(1, count / 40)) {
       double apart = 0;
-      for (int i = -fade; i < 0; i += finer)
+      for (int i = -fade; i < 0; i += stride)
         apart += (course.angles.col(from + tried + i) - course.angles.col(from + i)).squaredNorm();
       if (apart >= best) continue;
       best = apart;
@@ -503,7 +501,7 @@ FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAx
   }
   FlappingLoop result;
   result.stretch = static_cast<double>(length) / count;
-  result.seam = std::sqrt(best * finer / fade / (2 * (power + 1e-3)));  // what no eye sees is no motion
+  result.seam = std::sqrt(best * stride / fade / (2 * (power + 1e-3)));  // what no eye sees is no motion
   result.pull = course.pull.segment(start, length).mean();
   result.angles.resize(course.angles.rows(), loop.sample_count);
   const auto angles = [&](double at) -> Eigen::VectorXd {
@@ -520,8 +518,8 @@ FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAx
   return result;
 }
 
-FlappingLoop fly(const Flag& flag, const FlappingOptions& options, const TimeAxis& clip,
-                 const Eigen::Matrix3Xd& wind, bool from_rest) {
+FlappingLoop flap_through(const Flag& flag, const FlappingOptions& options, const TimeAxis& clip,
+                          const Eigen::Matrix3Xd& wind, bool from_rest) {
   check_equal("samples of the wind", wind.cols(), clip.sample_count);
   check_at_least("samples of the wind", clip.sample_count, 1);
   const Vec3 first = from_rest ? Vec3(Vec3::Zero()) : Vec3(wind.col(0));

@@ -116,8 +116,8 @@ FlappingLoop flap(const Flag& flag, const FlappingOptions& options, const TimeAx
 
 // A clip instead, which ends as it ends: on from rest in still air, or from what the first wind keeps up.
 // stretch is 1, seam 0.
-FlappingLoop fly(const Flag& flag, const FlappingOptions& options, const TimeAxis& clip,
-                 const Eigen::Matrix3Xd& wind, bool from_rest);
+FlappingLoop flap_through(const Flag& flag, const FlappingOptions& options, const TimeAxis& clip,
+                          const Eigen::Matrix3Xd& wind, bool from_rest);
 
 // The mean over all points of a wind as a loop has it: along onwards, side and edge (3 x M) [m/s].
 // change, where given, is what becomes of it by and by (gust_script.hpp).

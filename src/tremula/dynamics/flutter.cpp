@@ -1,7 +1,6 @@
 #include "tremula/dynamics/flutter.hpp"
 
 #include "tremula/base/check.hpp"
-#include "tremula/base/number_text.hpp"
 #include "tremula/modes/solve_modes.hpp"
 
 #include <algorithm>
@@ -159,8 +158,7 @@ FlutterOnset find_flutter(const ReactiveForces& forces, const Eigen::VectorXd& o
   check_equal("reactive forces", forces.mass.rows(), omega.size());
   check_at_least("modes", omega.size(), 1);
   if (damping.size() > 0) check_equal("damping rates", damping.size(), omega.size());
-  if (!(fastest > 0 && std::isfinite(fastest)))
-    throw InputError("speed", number_text(fastest), "a number above 0");
+  check_positive("speed", fastest, " m/s");
   const auto grows = [&](double speed) {
     const std::complex<double> fate = fastest_growing(forces, omega, damping, speed);
     return fate.real() > 1e-9 * std::abs(fate);

@@ -48,11 +48,6 @@ Exponentials exponentials(double z) {
   return {std::exp(z), first, second};
 }
 
-void check_positive(const char* what, double value, const char* unit) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw InputError(what, shown(value) + unit, "a finite number above 0");
-}
-
 // The same functions of the step times the matrix of one oscillator.
 struct StepFunctions {
   Matrix2d zeroth, first, second;

@@ -216,28 +216,24 @@ class Reader {
     cursor.skip_to(cursor.position() + static_cast<std::size_t>(end - digits.data()));
   }
 
+  static std::string_view read_one_of(TextCursor& cursor, std::string_view first, std::string_view second) {
+    TextCursor ahead = cursor;
+    const std::string_view word = ahead.take_name();
+    if (word != first && word != second) {
+      std::string wanted("'");
+      wanted.append(first).append("' or '").append(second).append("'");
+      cursor.fail(wanted);
+    }
+    cursor = ahead;
+    return word;
+  }
+
   void read_radius(TextCursor& cursor) {
-    TextCursor ahead = cursor;
-    const std::string_view mode = ahead.take_name();
-    if (mode != "pipe" && mode != "drawn") cursor.fail("'pipe' or 'drawn'");
-    system_.pipe_radii = mode == "pipe";
-    cursor = ahead;
+    system_.pipe_radii = read_one_of(cursor, "pipe", "drawn") == "pipe";
   }
-
-  void read_medium(TextCursor& cursor) {
-    TextCursor ahead = cursor;
-    const std::string_view medium = ahead.take_name();
-    if (medium != "air" && medium != "water") cursor.fail("'air' or 'water'");
-    system_.in_water = medium == "water";
-    cursor = ahead;
-  }
-
+  void read_medium(TextCursor& cursor) { system_.in_water = read_one_of(cursor, "air", "water") == "water"; }
   void read_shape(TextCursor& cursor) {
-    TextCursor ahead = cursor;
-    const std::string_view shape = ahead.take_name();
-    if (shape != "loaded" && shape != "unloaded") cursor.fail("'loaded' or 'unloaded'");
-    system_.drawn_unloaded = shape == "unloaded";
-    cursor = ahead;
+    system_.drawn_unloaded = read_one_of(cursor, "loaded", "unloaded") == "unloaded";
   }
 
   // Materials are not known here; their names have hyphens.

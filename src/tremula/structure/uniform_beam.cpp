@@ -1,9 +1,9 @@
 #include "tremula/structure/uniform_beam.hpp"
 
+#include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
 
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <string>
 
@@ -21,13 +21,6 @@ void check_mode(int mode) {
 void check_place(double place) {
   if (place >= 0 && place <= 1) return;
   throw InputError("place on a beam", std::to_string(place), "0 (clamp) to 1 (free end)");
-}
-
-void check_positive(const char* what, double value) {
-  if (value > 0 && std::isfinite(value)) return;
-  char found[32];
-  std::snprintf(found, sizeof found, "%g", value);
-  throw InputError(what, found, "a finite number above 0");
 }
 
 // lambda = (r - 1/2) pi + excess: sine and cosine of lambda come from the small excess, without the rounding
