@@ -180,39 +180,41 @@ std::string name_of(Dynamics dynamics) {
 
 Json AnimateCommand::report_of(const Done& done, const StageLog& log) const {
   const Eigen::VectorXd& frequency = done.subject.modes.frequency;
-  Json settings = {{"wind", wind}, {"wind_settings", done.wind_settings}};
-  settings.update(cli::describe(loads));
-  if (under_water) settings["wind_over_water_m_s"] = wind_over_water;
-  if (done.sea) {
-    settings["waves"] = {{"significant_height_m", done.sea->significant_height},
-                         {"peak_period_s", done.sea->peak_period},
-                         {"water_depth_m", done.sea->water_depth}};
+  const Conditions& conditions = done.prepared.conditions;
+  Json settings = {{"wind", plant.wind}, {"wind_settings", conditions.described_wind}};
+  settings.update(cli::describe(plant.loads));
+  if (plant.under_water) settings["wind_over_water_m_s"] = plant.wind_over_water;
+  if (conditions.sea) {
+    settings["waves"] = {{"significant_height_m", conditions.sea->significant_height},
+                         {"peak_period_s", conditions.sea->peak_period},
+                         {"water_depth_m", conditions.sea->water_depth}};
   }
   settings.update(Json(
-      {{"damping_ratio", is_damped_by_ratio() ? Json(damping_ratio) : Json()},
-       {"mode_damping", mode_damping.empty() ? Json() : Json(mode_damping)},
-       {"decay_time_s", decay_time ? Json(*decay_time) : Json()},
-       {"mass_damping_per_s", mass_damping ? Json(*mass_damping) : Json()},
-       {"stiffness_damping_s", stiffness_damping ? Json(*stiffness_damping) : Json()},
-       {"aerodynamic_damping", !no_aerodynamic_damping},
-       {"dynamics", name_of(done.conditions.dynamics)},
-       {"oscillator_modes", dynamics == "oscillators" ? Json(oscillator_modes) : Json()},
-       {"carried_mass", dynamics == "oscillators" ? Json(carried_mass) : Json()},
-       {"transfer", done.conditions.dynamics == Dynamics::modal ? Json(transfer) : Json()},
-       {"gust", describe(done.conditions.script)},
-       {"from_rest", from_rest},
+      {{"damping_ratio", plant.is_damped_by_ratio() ? Json(plant.damping_ratio) : Json()},
+       {"mode_damping", plant.mode_damping.empty() ? Json() : Json(plant.mode_damping)},
+       {"decay_time_s", plant.decay_time ? Json(*plant.decay_time) : Json()},
+       {"mass_damping_per_s", plant.mass_damping ? Json(*plant.mass_damping) : Json()},
+       {"stiffness_damping_s", plant.stiffness_damping ? Json(*plant.stiffness_damping) : Json()},
+       {"aerodynamic_damping", !plant.no_aerodynamic_damping},
+       {"dynamics", name_of(conditions.weather.dynamics)},
+       {"oscillator_modes", plant.dynamics == "oscillators" ? Json(plant.oscillator_modes) : Json()},
+       {"carried_mass", plant.dynamics == "oscillators" ? Json(plant.carried_mass) : Json()},
+       {"transfer", conditions.weather.dynamics == Dynamics::modal ? Json(plant.transfer) : Json()},
+       {"gust", describe(conditions.weather.script)},
+       {"from_rest", plant.from_rest},
        {"repeats", done.loop.repeats},
        {"static_shapes", std::count(done.loop.kind.begin(), done.loop.kind.end(), ShapeKind::static_shape)},
-       {"period_s", period},
-       {"frames_per_second", frames_per_second},
-       {"samples", done.conditions.loop.sample_count},
-       {"seed", wind_flags.seed}}));
+       {"period_s", plant.period},
+       {"frames_per_second", plant.frames_per_second},
+       {"samples", conditions.weather.loop.sample_count},
+       {"seed", plant.wind_flags.seed}}));
   return {{"tremula", TREMULA_VERSION},
-          {"input", input},
-          {"plant", cli::describe(done.plant)},
-          {"structure", done.plant.is_tree()
-                            ? cli::describe(done.structure, done.subject.structure.find_load_margin())
-                            : Json()},
+          {"input", plant.input},
+          {"plant", cli::describe(done.prepared.plant)},
+          {"structure",
+           done.prepared.plant.is_tree()
+               ? cli::describe(done.prepared.bake.structure, done.subject.structure.find_load_margin())
+               : Json()},
           {"settings", settings},
           {"warnings", done.warnings},
           {"mode_count", done.subject.modes.count()},
