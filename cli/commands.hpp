@@ -11,6 +11,8 @@ void add_animate(CLI::App& app);
 void add_load(CLI::App& app);
 void add_wind(CLI::App& app);
 void add_info(CLI::App& app);
+void add_render(CLI::App& app);
+void add_check(CLI::App& app);
 void add_beam(CLI::App& app);
 
 }  // namespace tremula::cli

@@ -88,10 +88,13 @@ int run(int argc, char** argv) {
       "Examples:\n"
       "  tremula animate tree.swc -o tree.glb           a looping tree for Blender or a game engine\n"
       "  tremula animate oak -o oak.html                a grown oak that plays in any browser\n"
+      "  tremula render oak -o oak.png                  a picture of it; .mp4 a film\n"
       "  tremula modes scan.mat --modes 20              natural frequencies of a laser-scanned tree\n"
       "  tremula wind --wind-speed 8 -o gusts.bts       a turbulent wind field, --plot shows how good it is\n"
       "  tremula COMMAND --help                         all options of a command, with examples\n");
   tremula::cli::add_animate(app);
+  tremula::cli::add_render(app);
+  tremula::cli::add_check(app);
   tremula::cli::add_load(app);
   tremula::cli::add_modes(app);
   tremula::cli::add_grow(app);

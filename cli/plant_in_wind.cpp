@@ -115,10 +115,17 @@ void WarningLog::add(const std::vector<std::string>& more) {
   }
 }
 
+Plant PlantInWind::open() const {
+  Plant plant = under_weight(open_plant(input, read, growth_seed, constants), structure);
+  if (colors.bark) plant.imported.colors.bark = colors.bark;
+  if (colors.leaf) plant.imported.colors.leaf = colors.leaf;
+  if (!std::filesystem::exists(input)) turn_into_wind(plant, wind_flags.heading);
+  return plant;
+}
+
 Plant PlantInWind::read_plant(StageLog& log) const {
   log.begin("read");
-  Plant plant = under_weight(open_plant(input, read), structure);
-  if (!std::filesystem::exists(input)) turn_into_wind(plant, wind_flags.heading);
+  Plant plant = open();
   log.finish();
   print_warnings(plant);
   return plant;

@@ -61,6 +61,10 @@ struct Moved {
 
 struct PlantInWind {
   std::string input;
+  // Of what is grown, and of the looks of anything: by the file of a scene alone.
+  std::optional<std::uint64_t> growth_seed = {};
+  std::vector<std::string> constants = {};
+  PlantColors colors = {};             // in place of its own
   std::string pull, gust;              // what is let go; what the wind does
   std::optional<double> pull_heading;  // [degrees]
   bool from_rest = false;
@@ -109,6 +113,7 @@ struct PlantInWind {
   std::vector<Place> input_places() const;
 
   // plant_in_wind.cpp
+  Plant open() const;  // as it stands, in its colours
   PreparedPlant prepare(const CLI::App& flags, Conditions conditions, StageLog& log,
                         WarningLog& warnings) const;
   Subject bake(const PreparedPlant& prepared, const Progress& progress, WarningLog& warnings) const;

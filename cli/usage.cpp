@@ -81,6 +81,10 @@ constexpr Quantity quantities[] = {
     {"--tolerance", 1e-5, 1, "of the height", false, bones_group},
     {"--tolerance", 1e-14, 1e-6, ""},
     {"--max-joints", 2, 65535, "joints"},
+    {"--samples", 1, 65536, "a pixel"},
+    {"--bounces", 0, 64, "bounces"},
+    {"--shutter", 0, 1, "of the time of a frame"},
+    {"--exposure", -20, 20, "stops"},
     {"--threads", 0, 1024, ""},
 };
 

@@ -1,0 +1,60 @@
+// tremula check: is this scene right?
+
+#include "tremula/base/error.hpp"
+#include "tremula/scene/placing.hpp"
+
+#include <memory>
+#include <string>
+
+#include "commands.hpp"
+#include "scene_objects.hpp"
+#include "usage.hpp"
+
+namespace tremula::cli {
+namespace {
+
+struct CheckCommand {
+  std::string input;
+  bool keys = false;
+
+  // All but the growing, moving and drawing.
+  void run() const {
+    if (keys) {
+      if (!input.empty()) throw InputError("--keys", "given with " + input, "one of them");
+      return print(scene_reference(scene_vocabulary().settings));
+    }
+    if (input.empty()) throw InputError("check", "no scene", "a file such as scene.toml");
+    const Scene scene = read_scene(input, scene_vocabulary());
+    const CLI::App no_flags;
+    const SceneCommands commands = commands_of(scene, no_flags);
+    std::string text =
+        input + printed(": %zu object%s\n", scene.objects.size(), scene.objects.size() == 1 ? "" : "s");
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      const SceneObjectCommand& object = *commands.objects[i];
+      const Plant plant = object.at_place([&] { return object.plant().open(); });
+      text +=
+          "  " + scene.objects[i].name + ": " + plant.kind() + " from " + scene.objects[i].source +
+          printed(", about %lld copies\n", static_cast<long long>(count_instances(scene.objects[i].crowd)));
+    }
+    text += printed("  wind %.3g m/s towards %.3g degrees; %d frames of %.4g s\n", commands.wind.speed,
+                    commands.wind.heading, commands.loop.sample_count, commands.loop.period);
+    print(text);
+  }
+};
+
+}  // namespace
+
+void add_check(CLI::App& app) {
+  auto command = std::make_shared<CheckCommand>();
+  CLI::App& sub = *app.add_subcommand("check", "Is this scene file right, and what is in it");
+  sub.add_option("SCENE", command->input, "A scene (.toml)");
+  sub.add_flag("--keys", command->keys,
+               "Every key that a scene may have, with unit, default and meaning (Markdown)");
+  sub.footer(
+      "Examples:\n"
+      "  tremula check scene.toml\n"
+      "  tremula check --keys\n");
+  sub.callback([command] { command->run(); });
+}
+
+}  // namespace tremula::cli

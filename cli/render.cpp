@@ -1,0 +1,498 @@
+// tremula render: a scene, or a plant alone, as pictures and films. Read RenderCommand::run, the last.
+
+#include "tremula/base/error.hpp"
+#include "tremula/io/exr.hpp"
+#include "tremula/io/film.hpp"
+#include "tremula/raytrace/raytrace.hpp"
+#include "tremula/render/denoise.hpp"
+#include "tremula/render/tone_map.hpp"
+#include "tremula/scene/film_camera.hpp"
+#include "tremula/scene/haze.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <unistd.h>
+
+#include "commands.hpp"
+#include "frame_files.hpp"
+#include "scene_objects.hpp"
+#include "usage.hpp"
+
+namespace tremula::cli {
+namespace {
+
+const std::map<std::string, GroundKind> ground_kinds{
+    {"none", GroundKind::none}, {"grass", GroundKind::grass}, {"soil", GroundKind::soil},
+    {"sand", GroundKind::sand}, {"snow", GroundKind::snow},   {"plain", GroundKind::plain}};
+
+// "960x540"
+Eigen::Vector2i parse_pair(const std::string& flag, const std::string& text, const std::string& wanted) {
+  Eigen::Vector2i pair;
+  const char *begin = text.data(), *end = begin + text.size();
+  const auto first = std::from_chars(begin, end, pair.x());
+  const bool parts = first.ec == std::errc{} && first.ptr != end && *first.ptr == 'x';
+  const auto second = parts ? std::from_chars(first.ptr + 1, end, pair.y()) : first;
+  if (!parts || second.ec != std::errc{} || second.ptr != end || pair.minCoeff() < 1)
+    throw InputError(flag, "'" + text + "'", wanted);
+  return pair;
+}
+
+// How far a film is, with the time that is left, where somebody watches.
+class FilmProgress {
+ public:
+  FilmProgress(std::size_t count) : count_(count), begun_(Clock::now()) {}
+  ~FilmProgress() {
+    if (watched_) std::fputs("\r\033[K", stderr);
+  }
+  FilmProgress(const FilmProgress&) = delete;
+  FilmProgress& operator=(const FilmProgress&) = delete;
+
+  void show(std::size_t frame, double done) {
+    if (!watched_ || Clock::now() - drawn_ < std::chrono::milliseconds(200)) return;
+    drawn_ = Clock::now();
+    const double share = (static_cast<double>(frame) + done) / static_cast<double>(count_);
+    const double spent = std::chrono::duration<double>(drawn_ - begun_).count();
+    const double left = share > 0 ? spent * (1 - share) / share : 0;
+    std::fprintf(stderr, "\r\033[Kframe %zu of %zu, %.0f %%", frame + 1, count_, 100 * share);
+    if (share > 0.01 || spent > 10) {
+      if (left < 90)
+        std::fprintf(stderr, ", %.0f s left", left);
+      else
+        std::fprintf(stderr, ", %.0f min left", left / 60);
+    }
+    std::fflush(stderr);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::size_t count_;
+  Clock::time_point begun_, drawn_{};
+  bool watched_ = isatty(STDERR_FILENO) == 1;
+};
+
+// What moves, at rest and at some instants, for a camera to frame: the skin of a few, boxes of many.
+std::vector<Eigen::Vector3f> points_of(const SharedLoops& loops) {
+  constexpr int instants = 6;
+  constexpr std::size_t few = 4, most_points = 4000;  // copies; points of a skin
+  std::vector<Eigen::Vector3f> points;
+  for (const std::shared_ptr<const Loop>& loop : loops) {
+    std::vector<Eigen::Vector3f> own;
+    const std::vector<Eigen::Vector3f>& rest = loop->rest->position;
+    const std::size_t stride = 1 + rest.size() / most_points;
+    for (int i = 0; i < instants; ++i) {
+      const SurfaceDelta delta = loop->skin_at(loop->period * i / instants);
+      for (std::size_t v = 0; v < rest.size(); v += stride) own.push_back(rest[v] + delta.position[v]);
+    }
+    if (loop->instances.size() > few) {
+      Eigen::AlignedBox3f box;
+      for (const Eigen::Vector3f& point : own) box.extend(point);
+      own.clear();
+      for (int corner = 0; corner < 8; ++corner)
+        own.push_back(box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner)));
+    }
+    for (const Instance& instance : loop->instances) {
+      const Eigen::Matrix3f turn = (instance.scale * instance.rotation()).cast<float>();
+      for (const Eigen::Vector3f& point : own)
+        points.push_back(turn * point + instance.position.cast<float>());
+    }
+  }
+  return points;
+}
+
+// From where the first of what moves is best looked at.
+double azimuth_of(const SharedLoops& loops, double heading) {
+  const Loop& loop = *loops.front();
+  std::vector<std::vector<Eigen::Vector3f>> normals;
+  for (int i = 0; i < 4; ++i) {
+    const SurfaceDelta delta = loop.skin_at(loop.period * i / 4);
+    std::vector<Eigen::Vector3f> pose;
+    for (std::size_t v = 0; v < delta.normal.size(); ++v)
+      pose.push_back((loop.rest->normal[v] + delta.normal[v]).normalized());
+    normals.push_back(std::move(pose));
+  }
+  return azimuth_across(normals, heading * std::numbers::pi / 180);
+}
+
+FilmCamera camera_of(const Scene& scene, const SceneCommands& commands, const MovingScene& moving) {
+  SharedLoops framed = moving.loops();
+  if (!scene.camera.frame.empty()) {
+    framed.clear();
+    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+      if (std::ranges::find(scene.camera.frame, scene.objects[i].name) == scene.camera.frame.end()) continue;
+      framed.insert(framed.end(), moving.objects[i].begin(), moving.objects[i].end());
+    }
+  }
+  const bool stands = scene.camera.eye || !scene.camera.path.empty();
+  std::vector<Eigen::Vector3f> points;
+  if (!stands) points = points_of(framed);
+  const Eigen::Vector2d size = scene.picture.size.cast<double>();
+  return film_camera(scene.camera, scene.ground,
+                     {.points = points,
+                      .aspect = size.x() / size.y(),
+                      .period = commands.loop.period,
+                      .azimuth = stands ? 0 : azimuth_of(framed, commands.wind.heading)});
+}
+
+TraceScene trace_scene(const Scene& scene, bool under_water, SharedLoops loops) {
+  TraceScene traced{.loops = std::move(loops),
+                    .ground = {ground_kinds.at(scene.ground.kind), scene.ground.height, scene.ground.color}};
+  traced.under_water = scene.medium.kind == "water" || (scene.medium.kind == "auto" && under_water);
+  traced.haze.extinction = extinction_of(scene.medium, traced.under_water);
+  traced.daylight = {.sun_azimuth = scene.sky.sun_azimuth,
+                     .sun_elevation = scene.sky.sun_elevation,
+                     .turbidity = scene.sky.turbidity};
+  if (scene.sky.uniform) {
+    const auto radiance = static_cast<float>(*scene.sky.uniform);
+    traced.uniform_sky = Eigen::Vector3f(radiance, radiance, radiance);
+  }
+  return traced;
+}
+
+// A plant alone stands on the ground where it is lowest; a sheet flies high above it. The sun is behind the
+// right shoulder of who looks across the wind.
+void stand_alone(Scene& scene, const SceneCommands& commands, const Surface& rest) {
+  float low = std::numeric_limits<float>::infinity(), high = -low;
+  for (const Eigen::Vector3f& point : rest.position) {
+    low = std::min(low, point.z());
+    high = std::max(high, point.z());
+  }
+  const bool hangs = !rest.parts.empty() && rest.parts.front().material.name == "cloth";
+  scene.ground.height = hangs ? low - 1.5F * std::max(1.0F, high - low) : low;
+  if (commands.under_water) scene.ground.kind = "sand";
+  constexpr double from_camera = 50;  // [degrees]
+  scene.sky.sun_azimuth = (commands.wind.heading - 105 + from_camera) * std::numbers::pi / 180;
+}
+
+std::string folder_of(const std::string& path) { return std::filesystem::path(path).parent_path().string(); }
+
+// A folder for frames is made where it is not there.
+bool has_folder(const FrameFiles& files) {
+  const std::string folder = folder_of(files.path);
+  return folder.empty() || std::filesystem::exists(folder);
+}
+
+void make_folders(const std::vector<FrameFiles>& files) {
+  for (const FrameFiles& each : files) {
+    if (each.form != FrameForm::sequence || has_folder(each)) continue;
+    std::error_code error;
+    std::filesystem::create_directories(folder_of(each.path), error);
+    if (error) throw Error(folder_of(each.path) + ": " + error.message());
+  }
+}
+
+// What would be written; in folders that are not there yet nothing can be overwritten.
+std::vector<Place> output_places(const std::vector<FrameFiles>& files, const std::vector<int>& frames,
+                                 const std::string& report) {
+  std::vector<Place> places{{"--report", report}};
+  for (const FrameFiles& each : files) {
+    if (each.form != FrameForm::sequence) {
+      places.push_back({"-o", each.path});
+    } else if (has_folder(each)) {
+      for (const int frame : frames) places.push_back({"-o", each.path_of(frame)});
+    }
+  }
+  return places;
+}
+
+// The light of every frame, made into what its files hold.
+class FrameWriter {
+ public:
+  // `stills`: where pictures that are one file go.
+  FrameWriter(const std::vector<FrameFiles>& files, const ScenePicture& picture, const ToneMapping& tones,
+              double frames_per_second, Outputs& stills)
+      : files_(files), denoises_(picture.denoise), tones_(tones), stills_(stills) {
+    for (const FrameFiles& each : files) {
+      if (each.form != FrameForm::film) continue;
+      films_.push_back(
+          std::make_unique<Film>(each.path, FilmOptions{.width = picture.size.x(),
+                                                        .height = picture.size.y(),
+                                                        .frames_per_second = frames_per_second}));
+    }
+  }
+
+  // Whether all files of this frame are there.
+  bool has(int frame) const {
+    return std::ranges::all_of(files_, [&](const FrameFiles& each) {
+      return each.form == FrameForm::sequence && std::filesystem::exists(each.path_of(frame));
+    });
+  }
+
+  Image shown(const TracedImage& traced) const { return tone_map(light_of(traced), tones_); }
+
+  // A frame that has a file of its own is written at once: what is finished stays when the work is stopped.
+  void write(int frame, const TracedImage& traced) {
+    const LinearImage light = light_of(traced);
+    const Image image = tone_map(light, tones_);
+    for (const std::unique_ptr<Film>& film : films_) film->add(image);
+    for (const FrameFiles& each : files_) {
+      if (each.form == FrameForm::film) continue;
+      const std::string bytes = each.extension == ".exr" ? encode_exr(exposed(light)) : encode_png(image);
+      if (each.form == FrameForm::still)
+        stills_.add(each.path, bytes);
+      else
+        write_file_atomically(each.path_of(frame), bytes);
+    }
+  }
+
+  void finish() {
+    for (const std::unique_ptr<Film>& film : films_) film->commit();
+  }
+
+ private:
+  LinearImage light_of(const TracedImage& traced) const { return denoises_ ? denoise(traced) : traced.light; }
+
+  // As bright as what is shown, and linear.
+  LinearImage exposed(LinearImage light) const {
+    for (float& value : light.rgb) value *= static_cast<float>(tones_.exposure);
+    return light;
+  }
+
+  const std::vector<FrameFiles>& files_;
+  bool denoises_;
+  ToneMapping tones_;
+  Outputs& stills_;
+  std::vector<std::unique_ptr<Film>> films_;
+};
+
+void add(TraceCounts& total, const TraceCounts& counts) {
+  total.rays += counts.rays;
+  total.triangles = counts.triangles;
+  total.instances = counts.instances;
+  total.seconds_build += counts.seconds_build;
+  total.seconds_trace += counts.seconds_trace;
+}
+
+struct RenderCommand {
+  PlantInWind plant;  // its flags, for every object; its input is a scene or a plant
+  std::vector<std::string> outputs;
+  std::string report, size, frames, sheet;
+  std::optional<int> samples, bounces;
+  std::optional<double> shutter, exposure;
+  bool no_denoise = false, resume = false;
+  ThreadsFlag threads;
+
+  std::vector<FrameFiles> frame_outputs() const;
+  void set_picture(ScenePicture& picture) const;
+  std::vector<int> picked_frames(const std::vector<FrameFiles>& files, int count) const;
+  Json report_of(const Scene& scene, const SceneCommands& commands, const MovingScene& moving,
+                 const std::vector<int>& picked, const TraceCounts& counts, const WarningLog& warnings,
+                 const StageLog& log) const;
+  void run(const CLI::App& flags) const;
+};
+
+std::vector<FrameFiles> RenderCommand::frame_outputs() const {
+  if (outputs.empty())
+    throw InputError("render", "no output",
+                     "-o FILE.png, frames/%04d.png, FILE.exr, FILE.mp4, .webm or .gif");
+  std::vector<FrameFiles> files;
+  for (const std::string& path : outputs) {
+    files.push_back(frame_files(path));
+    const FrameFiles& last = files.back();
+    if (resume && last.form != FrameForm::sequence)
+      throw InputError("--resume", "given with -o " + path,
+                       "frames/%04d.png: what is one file is made whole");
+    if (!sheet.empty() && (last.form != FrameForm::still || last.extension != ".png"))
+      throw InputError("--sheet", "given with -o " + path, "-o FILE.png");
+    if (last.form == FrameForm::film && !has_ffmpeg()) throw_without_ffmpeg(path);
+  }
+  return files;
+}
+
+void RenderCommand::set_picture(ScenePicture& picture) const {
+  if (!size.empty()) {
+    picture.size = parse_pair("--size", size, "width x height in pixels, such as 960x540");
+    if (picture.size.maxCoeff() > 16384) throw InputError("--size", "'" + size + "'", "at most 16384 pixels");
+  }
+  if (samples) picture.samples = *samples;
+  if (bounces) picture.bounces = *bounces;
+  if (shutter) picture.shutter = *shutter;
+  if (exposure) picture.exposure = *exposure;
+  if (no_denoise) picture.denoise = false;
+}
+
+// Of a still the first, unless somebody says which; of a sheet so many over the loop; of all else all.
+std::vector<int> RenderCommand::picked_frames(const std::vector<FrameFiles>& files, int count) const {
+  const bool still =
+      std::ranges::any_of(files, [](const auto& each) { return each.form == FrameForm::still; });
+  if (!sheet.empty()) {
+    const Eigen::Vector2i cells = parse_pair("--sheet", sheet, "columns x rows, such as 4x3");
+    const int wanted = cells.prod();
+    if (wanted > count || cells.maxCoeff() > 64)
+      throw InputError("--sheet", "'" + sheet + "'", "at most the " + std::to_string(count) + " frames");
+    std::vector<int> picked;
+    for (int i = 0; i < wanted; ++i) picked.push_back(static_cast<int>(std::int64_t{i} * count / wanted));
+    return picked;
+  }
+  std::vector<int> picked = frames_of(still && frames.empty() ? "0" : frames, count);
+  if (still && picked.size() > 1)
+    throw InputError("--frames", "'" + frames + "'",
+                     "one frame for one picture; -o frames/%04d.png for more");
+  return picked;
+}
+
+void RenderCommand::run(const CLI::App& flags) const {
+  const std::vector<FrameFiles> files = frame_outputs();
+  if (!sheet.empty() && !frames.empty()) throw InputError("--frames", "given with --sheet", "one of them");
+  if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
+  if (!can_trace()) throw Error("render: this program was built without Embree (libembree-dev)");
+  Scene scene = open_scene(plant.input);
+  set_picture(scene.picture);
+  const ScenePicture& picture = scene.picture;
+  const SceneCommands commands = commands_of(scene, flags);
+  const std::vector<int> picked = picked_frames(files, commands.loop.sample_count);
+  std::vector<Place> inputs = commands.input_places();
+  inputs.push_back({"SCENE", plant.input});
+  Outputs stills(output_places(files, picked, report), inputs);
+
+  StageLog log;
+  WarningLog warnings;
+  const MovingScene moving = move_scene(scene, commands, log, warnings);
+  if (!is_scene(plant.input)) stand_alone(scene, commands, *moving.loops().front()->rest);
+  const FilmCamera camera = camera_of(scene, commands, moving);
+  const TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
+  const double stops = picture.exposure.value_or(0);
+  const ToneMapping tones{.exposure = traced.uniform_sky ? exposure_of(*traced.uniform_sky, stops)
+                                                         : exposure_of(Daylight(traced.daylight), stops),
+                          .dither = true};
+  log.begin("scene");
+  const Tracer tracer(traced);
+  log.begin("frames");
+  make_folders(files);
+  FrameWriter writer(files, picture, tones, commands.frames_per_second, stills);
+  std::vector<Image> cells;
+  std::vector<std::string> labels;
+  TraceCounts total;
+  {
+    FilmProgress progress(picked.size());
+    for (std::size_t i = 0; i < picked.size(); ++i) {
+      if (resume && writer.has(picked[i])) continue;
+      const double time = picked[i] / commands.frames_per_second;
+      TraceCounts counts;
+      const TracedImage frame = tracer.trace(
+          camera.camera, time,
+          {.width = picture.size.x(),
+           .height = picture.size.y(),
+           .samples = picture.samples,
+           .bounces = picture.bounces,
+           .shutter = picture.shutter / commands.frames_per_second,
+           .lens = {camera.lens_radius, camera.focus_distance(time)},
+           .seed = picture.seed + static_cast<std::uint64_t>(picked[i])},
+          [&](double done) { progress.show(i, done); }, &counts);
+      add(total, counts);
+      if (sheet.empty()) {
+        writer.write(picked[i], frame);
+      } else {
+        cells.push_back(writer.shown(frame));
+        labels.push_back(printed("t = %.2f s", time));
+      }
+    }
+  }
+  if (!cells.empty()) {
+    const int columns = parse_pair("--sheet", sheet, "").x();
+    stills.add(outputs.front(), encode_png(contact_sheet(cells, columns, labels)));
+  }
+  writer.finish();
+  log.finish();
+  if (!report.empty())
+    stills.add(report, text_of(report_of(scene, commands, moving, picked, total, warnings, log)));
+  stills.commit();
+  stills.announce();
+}
+
+Json RenderCommand::report_of(const Scene& scene, const SceneCommands& commands, const MovingScene& moving,
+                              const std::vector<int>& picked, const TraceCounts& counts,
+                              const WarningLog& warnings, const StageLog& log) const {
+  const ScenePicture& picture = scene.picture;
+  Json objects = Json::array();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    std::size_t copies = 0;
+    for (const auto& loop : moving.objects[i]) copies += loop->instances.size();
+    objects.push_back({{"name", scene.objects[i].name},
+                       {"source", scene.objects[i].source},
+                       {"instances", copies},
+                       {"headings", moving.objects[i].size()},
+                       {"vertices", moving.objects[i].front()->rest->vertex_count()}});
+  }
+  return {{"tremula", TREMULA_VERSION},
+          {"input", plant.input},
+          {"wind_speed_m_s", commands.wind.speed},
+          {"heading_deg", commands.wind.heading},
+          {"period_s", commands.loop.period},
+          {"frames_per_second", commands.frames_per_second},
+          {"frames", picked},
+          {"size", {picture.size.x(), picture.size.y()}},
+          {"samples", picture.samples},
+          {"bounces", picture.bounces},
+          {"shutter", picture.shutter},
+          {"denoiser", picture.denoise ? Json(denoiser_name()) : Json()},
+          {"objects", objects},
+          {"instances", moving.instance_count},
+          {"triangles", counts.triangles},
+          {"rays", counts.rays},
+          {"seconds_build", counts.seconds_build},
+          {"seconds_trace", counts.seconds_trace},
+          {"rays_per_second", counts.seconds_trace > 0 ? Json(counts.rays / counts.seconds_trace) : Json()},
+          {"warnings", warnings.lines},
+          {"outputs", outputs},
+          {"stages", log.json()},
+          {"peak_bytes", peak_bytes()}};
+}
+
+}  // namespace
+
+void add_render(CLI::App& app) {
+  auto command = std::make_shared<RenderCommand>();
+  CLI::App& sub = *app.add_subcommand("render", "A scene, or a plant alone, as pictures and films");
+  sub.add_option("SCENE|INPUT", command->plant.input,
+                 "A scene (.toml, see tremula check --keys), or what tremula animate takes: a file or a "
+                 "preset, which "
+                 "then stands alone on grass")
+      ->required();
+  sub.add_option(
+      "-o,--output", command->outputs,
+      "What to write, by extension: .png and .exr (linear light): one picture; with a number in the name, "
+      "frames/%04d.png, a file for every frame; .mp4, .webm, .gif: a film, through the program ffmpeg; may "
+      "be repeated");
+  sub.add_option("--report", command->report, "What was done, as JSON: copies, rays, seconds and memory");
+  sub.add_option("--frames", command->frames,
+                 "Which frames: 17, 10-20, or 0-90:10 for every tenth (of a picture 0, else all)");
+  sub.add_flag("--resume", command->resume, "Leave frames that are there as they are");
+  sub.add_option("--sheet", command->sheet,
+                 "Columns and rows of a contact sheet over the loop, in one .png: 4x3");
+  const char* group = "Picture";
+  sub.add_option("--size", command->size, "Width and height [pixels] (960x540)")->group(group);
+  sub.add_option("--samples", command->samples, "Of every pixel (64)")->group(group);
+  sub.add_option("--bounces", command->bounces, "Of light (6)")->group(group);
+  sub.add_option("--shutter", command->shutter,
+                 "How long it is open, of the time of a frame; 0: no motion blur (0.5)")
+      ->group(group);
+  sub.add_option("--exposure", command->exposure,
+                 "Brighter by so many stops than the light of the day asks for (0)")
+      ->group(group);
+  sub.add_flag("--no-denoise", command->no_denoise, "Leave the noise of few samples")->group(group);
+  command->plant.add_to(sub);
+  command->threads.add_to(sub);
+  sub.footer(
+      "Examples:\n"
+      "  tremula render oak -o oak.png\n"
+      "  tremula render flag --wind-speed 8 --period 8 --fps 25 -o flag.mp4\n"
+      "  tremula render scene.toml --size 1920x1080 --samples 256 --frames 0 -o frame.png\n"
+      "  tremula render scene.toml --frames 100-199 --resume -o frames/%04d.exr\n"
+      "  tremula render scene.toml --sheet 4x3 --size 320x180 --samples 16 -o sheet.png\n");
+  sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
+}
+
+}  // namespace tremula::cli

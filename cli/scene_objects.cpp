@@ -1,0 +1,240 @@
+#include "scene_objects.hpp"
+
+#include "tremula/base/error.hpp"
+#include "tremula/geometry/plants.hpp"
+#include "tremula/scene/placing.hpp"
+#include "tremula/structure/frame_presets.hpp"
+#include "tremula/structure/sheet_presets.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <utility>
+
+#include "usage.hpp"
+
+namespace tremula::cli {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+std::string flag_of(std::string key) {
+  std::ranges::replace(key, '_', '-');
+  return "--" + key;
+}
+
+std::string key_of(std::string flag) {
+  flag.erase(0, 2);
+  std::ranges::replace(flag, '-', '_');
+  return flag;
+}
+
+SettingKind kind_of(const CLI::Option& option) {
+  if (option.get_items_expected_max() == 0) return SettingKind::toggle;
+  if (option.get_items_expected_max() > 1) return SettingKind::list;
+  const std::string type = option.get_type_name();
+  if (type.starts_with("FLOAT")) return SettingKind::number;
+  if (type.starts_with("INT") || type.starts_with("UINT")) return SettingKind::integer;
+  const std::string name = option.get_name();
+  const bool may_be_file =
+      name == "--wind" || name == "--profile" || name == "--spectrum" || name == "--gust";
+  return may_be_file ? SettingKind::file : SettingKind::text;
+}
+
+SettingScope scope_of(const CLI::Option& option) {
+  const std::string name = option.get_name();
+  if (name == "--period" || name == "--fps") return SettingScope::film;
+  const bool of_all = option.get_group() == wind_flag_group || name == "--gust" || name == "--from-rest";
+  return of_all ? SettingScope::wind : SettingScope::object;
+}
+
+// As a command line has them, from the last to the first.
+std::vector<std::string> arguments_of(const std::vector<Setting>& settings, const CLI::App& app,
+                                      const CLI::App& line) {
+  std::vector<std::string> arguments;
+  for (const Setting& setting : settings) {
+    const std::string flag = flag_of(setting.key);
+    const CLI::Option* of_line = line.get_option_no_throw(flag);
+    if (of_line != nullptr && of_line->count() > 0) continue;
+    if (setting.values.empty()) arguments.push_back(flag);
+    const bool joined = app.get_option(flag)->get_delimiter() != '\0';
+    std::string together;
+    for (const std::string& value : setting.values) {
+      if (!joined) arguments.push_back(flag + "=" + value);
+      together += (together.empty() ? "" : ",") + value;
+    }
+    if (joined && !together.empty()) arguments.push_back(flag + "=" + together);
+  }
+  for (const CLI::Option* option : app.get_options()) {
+    const CLI::Option* of_line = line.get_option_no_throw(option->get_name());
+    if (option->get_lnames().empty() || of_line == nullptr || of_line->count() == 0) continue;
+    const bool is_switch = option->get_items_expected_max() == 0;
+    for (const std::string& value : of_line->results())
+      arguments.push_back(is_switch ? option->get_name() : option->get_name() + "=" + value);
+  }
+  std::ranges::reverse(arguments);
+  return arguments;
+}
+
+Vec3 mean_wind_of(const ReferenceWind& reference) {
+  const double heading = reference.heading * degree;
+  return reference.speed * Vec3(std::cos(heading), std::sin(heading), 0);
+}
+
+}  // namespace
+
+SceneVocabulary scene_vocabulary() {
+  SceneVocabulary known;
+  CLI::App app;
+  PlantInWind plant;
+  plant.add_to(app);
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_lnames().empty() || option->get_group().empty() || option->get_name() == "--help")
+      continue;
+    known.settings.push_back(
+        {key_of(option->get_name()), kind_of(*option), scope_of(*option), option->get_description()});
+  }
+  for (const PlantPreset& preset : plant_presets()) known.presets.emplace_back(preset.name);
+  for (const SheetPreset& preset : sheet_presets()) known.presets.push_back(preset.name);
+  for (const FramePreset& preset : frame_presets()) known.presets.push_back(preset.name);
+  return known;
+}
+
+SceneObjectCommand::SceneObjectCommand(const Scene& scene, const SceneObject& object, const CLI::App& line)
+    : app_("", "animate"), place_(object.place) {
+  plant_.input = object.source;
+  plant_.growth_seed = object.growth_seed;
+  plant_.constants = object.constants;
+  plant_.colors = {object.bark_color, object.color ? object.color : object.leaf_color};
+  plant_.add_to(app_);
+  check_values(app_);
+  const std::vector<Setting> settings = settings_of(scene, object);
+  for (const Setting& setting : settings) places_[flag_of(setting.key)] = setting.place;
+  try {
+    app_.parse(arguments_of(settings, app_, line));
+  } catch (const CLI::ParseError& error) {
+    std::string message = explain(app_, error);
+    message = message.substr(0, message.rfind(" (see tremula"));
+    throw InputError(with_place(message));
+  }
+  at_place([&] {
+    plant_.settle_in(habitat_of(plant_.input), app_);
+    plant_.check(app_);
+    plant_.read_gust(app_);
+  });
+}
+
+// What begins with a flag of the file is said of its key there; all else of the object.
+std::string SceneObjectCommand::with_place(const std::string& message) const {
+  const std::string flag = message.substr(0, message.find_first_of(": "));
+  const auto at = places_.find(flag);
+  if (at != places_.end() && at->second.line > 0)
+    return text_of(at->second) + ": " + key_of(flag) + message.substr(flag.size());
+  return place_.line > 0 ? text_of(place_) + ": " + message : message;
+}
+
+SharedLoops move_object(const SceneObjectCommand& command, int headings, std::vector<Instance> instances,
+                        StageLog& log, WarningLog& warnings) {
+  return command.at_place([&] {
+    const PlantInWind& plant = command.plant();
+    const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
+    const PreparedPlant prepared = plant.prepare(command.flags(), plant.conditions(), log, warnings);
+    const ReferenceWind& wind = prepared.conditions.weather.wind.reference;
+    const bool is_tree = prepared.plant.is_tree();
+    if (!is_tree && !std::filesystem::exists(plant.input)) {
+      for (Instance& instance : instances) instance.turn = 0;
+    }
+    std::optional<Subject> subject;
+    if (is_tree) subject = plant.bake(prepared, progress, warnings);
+    const bool superposed = plant.poses_superpose() || prepared.plant.frame.has_value();
+    SharedLoops loops;
+    const std::vector<std::vector<Instance>> copies = split_by_heading(instances, headings);
+    for (std::size_t k = 0; k < copies.size(); ++k) {
+      if (copies[k].empty()) continue;
+      // As the wind blows for a copy that is turned.
+      const PlantInWind turned = plant.turned_by(-360.0 * static_cast<double>(k) / headings);
+      Loop loop;
+      if (is_tree) {
+        Motion motion = turned.move_again(prepared, *subject, superposed, progress, log, warnings);
+        loop = make_loop(subject->structure, prepared.surface, std::move(motion),
+                         turned.loop_facts(prepared.plant, wind));
+      } else {
+        PreparedPlant again = turned.prepare(command.flags(), turned.conditions(), log, warnings);
+        Subject baked = turned.bake(again, progress, warnings);
+        Motion motion =
+            turned.move(baked, again.conditions.weather, superposed, progress, log, warnings).motion;
+        loop = make_loop(baked.structure, std::move(again.surface), std::move(motion),
+                         turned.loop_facts(again.plant, wind), turned.poses_of(again.plant));
+      }
+      loop.instances = copies[k];
+      loops.push_back(std::make_shared<const Loop>(std::move(loop)));
+    }
+    log.finish();
+    return loops;
+  });
+}
+
+SharedLoops MovingScene::loops() const {
+  SharedLoops all;
+  for (const SharedLoops& object : objects) all.insert(all.end(), object.begin(), object.end());
+  return all;
+}
+
+SceneCommands commands_of(const Scene& scene, const CLI::App& line) {
+  SceneCommands commands;
+  for (const SceneObject& object : scene.objects) {
+    commands.objects.push_back(std::make_unique<SceneObjectCommand>(scene, object, line));
+    const PlantInWind& plant = commands.objects.back()->plant();
+    commands.is_clip = commands.is_clip || plant.is_clip();
+    commands.under_water = commands.under_water || plant.structure.medium == "water";
+  }
+  const SceneObjectCommand& first = *commands.objects.at(0);
+  const Weather weather = first.at_place([&] { return first.plant().conditions().weather; });
+  commands.wind = weather.wind.reference;
+  commands.loop = weather.loop;
+  commands.frames_per_second = first.plant().frames_per_second;
+  return commands;
+}
+
+std::vector<Place> SceneCommands::input_places() const {
+  std::vector<Place> places;
+  for (const auto& object : objects) {
+    const std::vector<Place> own = object->plant().input_places();
+    places.insert(places.end(), own.begin(), own.end());
+  }
+  return places;
+}
+
+MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageLog& log,
+                       WarningLog& warnings) {
+  const bool repeats = !commands.is_clip;
+  std::vector<std::vector<Instance>> copies =
+      place_objects(scene.objects, repeats ? mean_wind_of(commands.wind) : Vec3::Zero(),
+                    repeats ? commands.loop.period : 0);
+  MovingScene moving;
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    moving.instance_count += copies[i].size();
+    moving.objects.push_back(
+        move_object(*commands.objects[i], scene.objects[i].headings, std::move(copies[i]), log, warnings));
+  }
+  return moving;
+}
+
+bool is_scene(const std::string& input) {
+  return lower_extension(input) == ".toml" && std::filesystem::exists(input) &&
+         is_scene_file(read_file(input, std::size_t{16} << 20));
+}
+
+Scene open_scene(const std::string& input) {
+  if (is_scene(input)) return read_scene(input, scene_vocabulary());
+  SceneObject object;
+  object.source = input;
+  object.name = std::filesystem::path(input).stem().string();
+  Scene scene;
+  scene.name = object.name;
+  scene.objects.push_back(std::move(object));
+  return scene;
+}
+
+}  // namespace tremula::cli

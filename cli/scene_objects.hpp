@@ -1,0 +1,83 @@
+// What a scene shows, made with the flags of tremula animate: every object is a plant in the wind by the
+// settings of the file, and over them by the flags of the command line.
+#pragma once
+
+#include "tremula/deformation/loop.hpp"
+#include "tremula/scene/scene.hpp"
+#include "tremula/scene/scene_file.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "plant_in_wind.hpp"
+
+namespace tremula::cli {
+
+// One object, with a command line of its own.
+class SceneObjectCommand {
+ public:
+  // `line`: the flags that count instead of what the file says. Throws InputError with the place of the
+  // setting in the file.
+  SceneObjectCommand(const Scene& scene, const SceneObject& object, const CLI::App& line);
+  SceneObjectCommand(const SceneObjectCommand&) = delete;
+  SceneObjectCommand& operator=(const SceneObjectCommand&) = delete;
+
+  const CLI::App& flags() const { return app_; }
+  const PlantInWind& plant() const { return plant_; }
+  // Runs what may find a setting wrong, and says its place then.
+  template <class Work>
+  auto at_place(const Work& work) const {
+    try {
+      return work();
+    } catch (const InputError& error) {
+      throw InputError(with_place(error.what()));
+    }
+  }
+
+ private:
+  std::string with_place(const std::string& message) const;
+
+  CLI::App app_;
+  PlantInWind plant_;
+  FilePlace place_;                          // of the object
+  std::map<std::string, FilePlace> places_;  // of its settings, by flag
+};
+
+// A loop for every heading that its copies stand in, with those that take it. The presets of sheets and
+// frames face the wind, wherever their copies would turn.
+using SharedLoops = std::vector<std::shared_ptr<const Loop>>;
+SharedLoops move_object(const SceneObjectCommand& command, int headings, std::vector<Instance> instances,
+                        StageLog& log, WarningLog& warnings);
+
+// The objects of a scene, each with its settings checked, before any is read.
+struct SceneCommands {
+  std::vector<std::unique_ptr<SceneObjectCommand>> objects;
+  ReferenceWind wind;  // over all
+  TimeAxis loop;
+  double frames_per_second = 0;               // [1/s]
+  bool is_clip = false, under_water = false;  // where any object is
+
+  std::vector<Place> input_places() const;
+};
+SceneCommands commands_of(const Scene& scene, const CLI::App& line);
+
+// The loops of every object, in their order.
+struct MovingScene {
+  std::vector<SharedLoops> objects;
+  std::size_t instance_count = 0;
+
+  SharedLoops loops() const;
+};
+MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageLog& log,
+                       WarningLog& warnings);
+
+// What a file can name: flags and presets of this program.
+SceneVocabulary scene_vocabulary();
+
+// INPUT as a scene: that of its file, or of the plant that it names alone.
+Scene open_scene(const std::string& input);
+bool is_scene(const std::string& input);
+
+}  // namespace tremula::cli
