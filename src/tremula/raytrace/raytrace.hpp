@@ -6,10 +6,13 @@
 #include "tremula/render/daylight.hpp"
 #include "tremula/render/linear_image.hpp"
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -17,8 +20,8 @@ enum class GroundKind { none, grass, soil, sand, snow, plain };
 
 struct GroundLook {
   GroundKind kind = GroundKind::grass;
-  double height = 0;                                 // [m]
-  Eigen::Vector3f color = {0.18F, 0.18F, 0.18F};     // linear albedo, of a plain one
+  double height = 0;                              // [m]
+  Eigen::Vector3f color = {0.18F, 0.18F, 0.18F};  // linear albedo, of a plain one
 };
 
 // What is between things: air that hazes what is far, or water.
@@ -26,15 +29,16 @@ struct Haze {
   Eigen::Vector3f extinction = Eigen::Vector3f::Zero();  // [1/m] red, green, blue; 0: clear
 };
 
-// What a film shows. Loops are shared: many scenes may show one. Each has its instances (Loop::instances), whose
-// time shifts are rounded so that at most `poses_per_loop` poses of a loop are held at a time.
+// What a film shows. Loops are shared: many scenes may show one. Each has its instances (Loop::instances),
+// whose time shifts are rounded so that at most `poses_per_loop` poses of a loop are held at a time.
 struct TraceScene {
   std::vector<std::shared_ptr<const Loop>> loops;
   GroundLook ground;
   Haze haze;
   bool under_water = false;
   DaylightSettings daylight;
-  std::optional<Eigen::Vector3f> uniform_sky = {};  // instead of sun and sky: the same radiance from everywhere
+  std::optional<Eigen::Vector3f> uniform_sky =
+      {};  // instead of sun and sky: the same radiance from everywhere
   int poses_per_loop = 24;
 };
 
@@ -58,16 +62,23 @@ struct TraceCounts {
   double seconds_build = 0, seconds_trace = 0;
 };
 
+// False where the library was built without Embree: a Tracer then throws Error.
+bool can_trace();
+
 // Embree's device and what of a scene does not change from frame to frame.
 class Tracer {
  public:
   // Throws InputError for a scene that is none: a loop without vertices, numbers out of range.
   explicit Tracer(TraceScene scene);
   ~Tracer();
-  // The picture at `time` [s] that the camera (of that time; `camera(t)` within the shutter) takes. The same bytes
-  // on any number of threads. `done` is told how much is done, 0 to 1, and stops the work by throwing.
-  TracedImage trace(const std::function<Camera(double time)>& camera, double time, const TraceOptions& options,
-                    const std::function<void(double)>& done = {}, TraceCounts* counts = nullptr);
+  Tracer(Tracer&&) noexcept;
+  Tracer& operator=(Tracer&&) noexcept;
+
+  // The picture at `time` [s] that the camera (of that time; `camera(t)` within the shutter) takes. The same
+  // bytes on any number of threads. `done` is told how much is done, 0 to 1, and stops the work by throwing.
+  TracedImage trace(const std::function<Camera(double time)>& camera, double time,
+                    const TraceOptions& options, const std::function<void(double)>& done = {},
+                    TraceCounts* counts = nullptr) const;
 
  private:
   struct Impl;
