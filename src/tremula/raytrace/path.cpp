@@ -121,11 +121,11 @@ class Path {
       const Hit hit = closest(ground);
       if (!hit && ground == far_away) {
         add(sky_share(depth));
-        if (depth == 0) add(settings_.surroundings.disc(ray_.direction));
+        if (depth == 0) add(settings_.far_light.disc(ray_.direction));
         break;
       }
       const float distance = hit ? hit.distance : ground;
-      if (settings_.surroundings.hazy() && depth == 0) dim(distance);
+      if (settings_.far_light.hazy() && depth == 0) dim(distance);
       const Vector3f to_eye = -ray_.direction;
       const Vertex vertex = meet(hit, distance, to_eye, depth);
       if (depth == 0) {
@@ -134,7 +134,7 @@ class Path {
       }
       if (last) break;
       ask_sun(vertex, to_eye);
-      if (depth < sky_asked && settings_.surroundings.sampled()) ask_sky(vertex, to_eye);
+      if (depth < sky_asked && settings_.far_light.sampled()) ask_sky(vertex, to_eye);
       if (!go_on(vertex, to_eye, depth)) break;
     }
     return sample_;
@@ -169,16 +169,16 @@ class Path {
 
   // The air between here and the eye.
   void dim(float distance) {
-    const Rgb passed = settings_.surroundings.passed(distance);
-    add((Rgb::Ones() - passed).cwiseProduct(settings_.surroundings.haze(ray_.direction)));
+    const Rgb passed = settings_.far_light.passed(distance);
+    add((Rgb::Ones() - passed).cwiseProduct(settings_.far_light.haze(ray_.direction)));
     through_ = through_.cwiseProduct(passed);
   }
 
   // What of the sky's light this ray answers for, beside the one that asked the sky.
   Rgb sky_share(int depth) const {
-    const Rgb light = settings_.surroundings.sky(ray_.direction);
-    if (depth == 0 || depth > sky_asked || !settings_.surroundings.sampled()) return light;
-    return power_share(density_, settings_.surroundings.sky_density(ray_.direction)) * light;
+    const Rgb light = settings_.far_light.sky(ray_.direction);
+    if (depth == 0 || depth > sky_asked || !settings_.far_light.sampled()) return light;
+    return power_share(density_, settings_.far_light.sky_density(ray_.direction)) * light;
   }
 
   bool sees(const Vertex& vertex, const Vector3f& direction) {
@@ -188,7 +188,7 @@ class Path {
   }
 
   void ask_sun(const Vertex& vertex, const Vector3f& to_eye) {
-    const Surroundings& from = settings_.surroundings;
+    const FarLight& from = settings_.far_light;
     if (!from.has_sun()) return;
     const Vector3f to_sun = from.to_sun(sampler_.pair());
     float density = 0;
@@ -197,7 +197,7 @@ class Path {
   }
 
   void ask_sky(const Vertex& vertex, const Vector3f& to_eye) {
-    const Surroundings& from = settings_.surroundings;
+    const FarLight& from = settings_.far_light;
     float density = 0, of_scattering = 0;
     const Vector3f direction = from.sample_sky(sampler_.pair(), density);
     if (!(density > 0)) return;

@@ -2,10 +2,10 @@
 // multiple importance sampling by Veach's power heuristic).
 #pragma once
 
+#include "tremula/raytrace/far_light.hpp"
 #include "tremula/raytrace/posed_scene.hpp"
 #include "tremula/raytrace/raytrace.hpp"
 #include "tremula/raytrace/sampling.hpp"
-#include "tremula/raytrace/surroundings.hpp"
 
 #include <cstdint>
 
@@ -13,7 +13,7 @@ namespace tremula {
 
 struct PathSettings {
   const PosedScene& scene;
-  const Surroundings& surroundings;
+  const FarLight& far_light;
   const GroundLook& ground;
   int bounces = 6;
   float pixel = 0.001F;  // its size at distance 1

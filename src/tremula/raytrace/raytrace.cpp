@@ -1,10 +1,10 @@
 #include "tremula/raytrace/raytrace.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/raytrace/far_light.hpp"
 #include "tremula/raytrace/path.hpp"
 #include "tremula/raytrace/posed_scene.hpp"
 #include "tremula/raytrace/sampling.hpp"
-#include "tremula/raytrace/surroundings.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -191,10 +191,10 @@ std::uint64_t trace_tiles(const Picture& picture, TracedImage& image,
 struct Tracer::Impl {
   TraceScene scene;
   std::vector<LoopShape> shapes;
-  Surroundings surroundings;
+  FarLight far_light;
   EmbreeDevice device;
 
-  explicit Impl(TraceScene given) : scene(std::move(given)), surroundings(scene) {
+  explicit Impl(TraceScene given) : scene(std::move(given)), far_light(scene) {
     for (const auto& loop : scene.loops) shapes.push_back(shape_of(loop, scene.poses_per_loop));
     device = make_device();
   }
@@ -225,7 +225,7 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
   for (LinearImage* each : {&image.light, &image.albedo, &image.normal})
     make_room(*each, options.width, options.height);
   const auto pixel = static_cast<float>(2 * cameras.front().half_height / options.height);
-  const PathSettings path{posed, impl_->surroundings, impl_->scene.ground, options.bounces, pixel};
+  const PathSettings path{posed, impl_->far_light, impl_->scene.ground, options.bounces, pixel};
   const std::uint64_t rays = trace_tiles({options, cameras, path}, image, done);
   if (counts)
     *counts = {rays, posed.triangle_count(), posed.copy_count(), built, seconds_since(start) - built};

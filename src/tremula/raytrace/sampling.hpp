@@ -80,10 +80,10 @@ inline Eigen::Vector2f to_disc(const Eigen::Vector2f& random) {  // Shirley and 
 }
 
 // Two unit vectors at right angles to a third (Duff et al. 2017).
-struct Axes {
+struct LocalAxes {
   Eigen::Vector3f x, y, z;
 
-  explicit Axes(const Eigen::Vector3f& n) : z(n) {
+  explicit LocalAxes(const Eigen::Vector3f& n) : z(n) {
     const float sign = std::copysign(1.0F, n.z());
     const float a = -1 / (sign + n.z()), b = n.x() * n.y() * a;
     x = {1 + sign * n.x() * n.x() * a, sign * b, -sign * n.x()};
@@ -106,7 +106,7 @@ inline Eigen::Vector3f to_sphere(const Eigen::Vector2f& random) {
 }
 
 // Evenly within the cone about `axis` whose half angle has this cosine.
-inline Eigen::Vector3f to_cone(const Eigen::Vector2f& random, const Axes& axes, float cosine) {
+inline Eigen::Vector3f to_cone(const Eigen::Vector2f& random, const LocalAxes& axes, float cosine) {
   const Eigen::Vector2f disc = to_disc(random);
   const float share = disc.squaredNorm(), down = share * (1 - cosine);  // 1 - z
   const float stretch = share > 0 ? std::sqrt(down * (2 - down) / share) : 0;

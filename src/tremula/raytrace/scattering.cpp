@@ -137,7 +137,7 @@ Rgb scattered(const Scattering& spot, const Vector3f& to_eye, const Vector3f& to
   if (straight > 0) add_dull(spot.reflected, lobes.reflected, straight);
   if (mirrored > 0) add_dull(spot.reflected, lobes.reflected, mirrored);
   if (spot.gloss == nullptr) return sum;
-  const Axes axes(spot.normal);
+  const LocalAxes axes(spot.normal);
   const Vector3f from = axes.in(to_eye);
   const auto add_gloss = [&](const Vector3f& direction) {
     float of_lobe = 0;
@@ -150,7 +150,7 @@ Rgb scattered(const Scattering& spot, const Vector3f& to_eye, const Vector3f& to
 }
 
 Vector3f scatter(const Scattering& spot, const Vector3f& to_eye, float choice, const Vector2f& random) {
-  const Axes axes(spot.normal);
+  const LocalAxes axes(spot.normal);
   const Lobes lobes = lobes_of(spot, to_eye.dot(spot.normal));
   Vector3f direction;
   bool through = false;

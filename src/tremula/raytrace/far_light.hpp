@@ -10,9 +10,9 @@
 
 namespace tremula {
 
-class Surroundings {
+class FarLight {
  public:
-  explicit Surroundings(const TraceScene& scene);
+  explicit FarLight(const TraceScene& scene);
 
   bool has_sun() const { return sun_.maxCoeff() > 0; }
   bool sampled() const { return daylight_.has_value() && !water_; }  // worth asking for directions
@@ -34,7 +34,7 @@ class Surroundings {
  private:
   std::optional<Daylight> daylight_;
   Rgb uniform_ = Rgb::Zero(), sun_ = Rgb::Zero(), extinction_ = Rgb::Zero();
-  Axes axes_{Eigen::Vector3f::UnitZ()};  // of the sun
+  LocalAxes axes_{Eigen::Vector3f::UnitZ()};  // of the sun
   float cosine_ = 1;
   float water_light_ = 0;
   bool water_ = false, hazy_ = false;

@@ -1,4 +1,4 @@
-#include "tremula/raytrace/surroundings.hpp"
+#include "tremula/raytrace/far_light.hpp"
 
 #include "tremula/render/patterns.hpp"
 
@@ -19,8 +19,7 @@ constexpr float refractive_index = 1.33F;
 
 }  // namespace
 
-Surroundings::Surroundings(const TraceScene& scene)
-    : extinction_(scene.haze.extinction), water_(scene.under_water) {
+FarLight::FarLight(const TraceScene& scene) : extinction_(scene.haze.extinction), water_(scene.under_water) {
   if (scene.uniform_sky) {
     uniform_ = *scene.uniform_sky;
     horizon_.fill(uniform_);
@@ -39,7 +38,7 @@ Surroundings::Surroundings(const TraceScene& scene)
     sun_ = sun_.cwiseProduct(Rgb(0.40F, 0.80F, 0.82F));  // some metres down
     if (!(extinction_.maxCoeff() > 0)) extinction_ = water_extinction;
   }
-  axes_ = Axes(to_sun);
+  axes_ = LocalAxes(to_sun);
   hazy_ = extinction_.maxCoeff() > 0;
   for (int i = 0; i <= directions; ++i) {
     const float angle = 2 * pi * static_cast<float>(i) / directions - pi;
@@ -49,19 +48,19 @@ Surroundings::Surroundings(const TraceScene& scene)
   }
 }
 
-Rgb Surroundings::sky(const Vector3f& direction) const {
+Rgb FarLight::sky(const Vector3f& direction) const {
   if (water_) return 1.1F * water_light_ * water_behind(direction);
   return daylight_ ? Rgb(daylight_->sky(direction)) : uniform_;
 }
 
-Rgb Surroundings::disc(const Vector3f& direction) const {
+Rgb FarLight::disc(const Vector3f& direction) const {
   if (water_ || !has_sun() || direction.dot(axes_.z) < cosine_) return Rgb::Zero();
   return sun_ / (2 * pi * (1 - cosine_));
 }
 
-Rgb Surroundings::passed(float distance) const { return (-distance * extinction_).array().exp().matrix(); }
+Rgb FarLight::passed(float distance) const { return (-distance * extinction_).array().exp().matrix(); }
 
-Rgb Surroundings::haze(const Vector3f& direction) const {
+Rgb FarLight::haze(const Vector3f& direction) const {
   if (water_) return sky(direction);
   const float place = (std::atan2(direction.y(), direction.x()) + pi) / (2 * pi) * directions;
   const int cell = std::clamp(static_cast<int>(place), 0, directions - 1);
