@@ -1,10 +1,14 @@
-# tremula_component(NAME [INTERNAL] [DEPENDS components...] [PUBLIC libs...] [PRIVATE libs...] [DEFINITIONS ...])
-# One library per folder of src/tremula, from every .cpp in it. It sees the headers of its own folder and of those that it
+# tremula_component(NAME [INTERNAL] [SOURCES patterns...] [DEPENDS components...] [PUBLIC libs...] [PRIVATE libs...] [DEFINITIONS ...])
+# One library per folder of src/tremula, from every .cpp in it, or from those that SOURCES says. It sees the headers of its own folder and of those that it
 # names, and no others: an include against the arrows of the cascade does not build (tests/CMakeLists.txt: arrows). What is no component
 # and links one sees them all.
 function(tremula_component name)
-  cmake_parse_arguments(ARG "INTERNAL" "" "DEPENDS;PUBLIC;PRIVATE;DEFINITIONS" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  cmake_parse_arguments(ARG "INTERNAL" "" "SOURCES;DEPENDS;PUBLIC;PRIVATE;DEFINITIONS" ${ARGN})
+  if(NOT ARG_SOURCES)
+    set(ARG_SOURCES *.cpp)
+  endif()
+  list(TRANSFORM ARG_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  file(GLOB sources CONFIGURE_DEPENDS ${ARG_SOURCES})
   set(target tremula_${name})
   if(sources)
     set(scope PUBLIC)

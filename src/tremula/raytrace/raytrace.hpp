@@ -6,10 +6,13 @@
 #include "tremula/render/daylight.hpp"
 #include "tremula/render/linear_image.hpp"
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace tremula {
 
@@ -59,17 +62,30 @@ struct TraceCounts {
   double seconds_build = 0, seconds_trace = 0;
 };
 
+// False where the library was built without Embree: a Tracer then throws Error.
+bool can_trace();
+
 // Embree's device and what of a scene does not change from frame to frame.
 class Tracer {
  public:
   // Throws InputError for a scene that is none: a loop without vertices, numbers out of range.
   explicit Tracer(TraceScene scene);
   ~Tracer();
+<<<<<<< HEAD
+=======
+  Tracer(Tracer&&) noexcept;
+  Tracer& operator=(Tracer&&) noexcept;
+
+>>>>>>> tracer
   // The picture at `time` [s] that the camera (of that time; `camera(t)` within the shutter) takes. The same
   // bytes on any number of threads. `done` is told how much is done, 0 to 1, and stops the work by throwing.
   TracedImage trace(const std::function<Camera(double time)>& camera, double time,
                     const TraceOptions& options, const std::function<void(double)>& done = {},
+<<<<<<< HEAD
                     TraceCounts* counts = nullptr);
+=======
+                    TraceCounts* counts = nullptr) const;
+>>>>>>> tracer
 
  private:
   struct Impl;

@@ -1,6 +1,7 @@
 #include "tremula/render/shading.hpp"
 
 #include "tremula/render/noise.hpp"
+#include "tremula/render/patterns.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,45 +32,6 @@ Rgb backdrop(const Vector3f& direction) {
   const Rgb low(0.72F, 0.80F, 0.72F);
   if (height >= 0) return horizon + (high - horizon) * (1 - std::exp(-3.5F * height));
   return horizon + (low - horizon) * (1 - std::exp(8.0F * height));
-}
-
-// Water lit from above: bright towards the surface, dim below.
-Rgb water_behind(const Vector3f& direction) {
-  const float height = direction.z();
-  const Rgb middle(0.10F, 0.33F, 0.42F), surface(0.50F, 0.78F, 0.82F), deep(0.04F, 0.15F, 0.21F);
-  if (height >= 0) return middle + (surface - middle) * (1 - std::exp(-2.2F * height));
-  return middle + (deep - middle) * (1 - std::exp(3.0F * height));
-}
-
-// Bark, by how high it stands out and how bright it is there, both around 0. Dark bark has furrows along the
-// stem, pale bark short marks across it. Each scale is faded out before it is finer than a pixel.
-struct Bark {
-  float height;
-  float shade;
-};
-
-Bark bark_at(const Vector2f& uv, float footprint, float paleness) {
-  const auto fade = [&](float frequency) { return std::clamp(1.5F - 2 * frequency * footprint, 0.0F, 1.0F); };
-  const float warp = noise(uv.x() * 6, uv.y() * 4, 6, 1) - 0.5F;
-  const auto furrows = [&](float around, float along, std::uint32_t seed) {
-    const float n = noise(uv.x() * around + 1.5F * warp, uv.y() * along, static_cast<int>(around), seed);
-    return smooth_step(0, 0.55F, std::abs(2 * n - 1)) - 0.6F;
-  };
-  const float rough = fade(12) * furrows(12, 3.2F, 2) + 0.45F * fade(26) * furrows(26, 9, 3);
-  const float grain = fade(60) * (noise(uv.x() * 60, uv.y() * 30, 60, 4) - 0.5F);
-  const float marks = fade(26) * smooth_step(0.66F, 0.8F, noise(uv.x() * 5, uv.y() * 26, 5, 5)) +
-                      fade(9) * smooth_step(0.74F, 0.8F, noise(uv.x() * 3, uv.y() * 9, 3, 6));
-  const float rugged = 1 - paleness;
-  return {rugged * rough + 0.3F * grain, rugged * (0.42F * rough + 0.3F * grain) - 0.7F * paleness * marks};
-}
-
-// `twig`: 1 for the twigs of trees with pale bark, which are brown.
-Rgb bark_albedo(const Rgb& bark, const Vector2f& uv, float footprint, float shade, float twig) {
-  const float fade = std::clamp(1.5F - 6 * footprint, 0.0F, 1.0F);
-  const float lichen = fade * smooth_step(0.5F, 0.9F, noise(uv.x() * 3, uv.y() * 1.1F, 3, 7));
-  const Rgb color = bark + 0.3F * lichen * (Rgb(0.20F, 0.22F, 0.15F) - bark);
-  const Rgb brown = color.cwiseMin(Rgb(0.15F, 0.10F, 0.075F));
-  return (color + twig * (brown - color)) * std::max(1 + shade, 0.2F);
 }
 
 // A spot of a triangle as a ray meets it.
@@ -135,47 +97,20 @@ Rgb shade_dull(const PictureScene& scene, const Spot& spot, const Vector3f& norm
 
 Rgb shade_bark(const PictureScene& scene, const Spot& spot) {
   const Surface& surface = scene.drawn.surface;
-  const Rgb& color = scene.drawn.colors[spot.part];
   const Vector2f uv_ab = surface.texture[spot.corners[1]] - surface.texture[spot.corners[0]];
   const Vector2f uv_ac = surface.texture[spot.corners[2]] - surface.texture[spot.corners[0]];
-  const float per_metre = (uv_ab.norm() + uv_ac.norm()) / std::max(spot.ab.norm() + spot.ac.norm(), 1e-9F);
-  const float footprint = std::min(spot.distance * scene.eye.pixel * per_metre, 100.0F);
-  const float radius = 1 / (2 * pi * std::max(per_metre, 1e-6F));
-  const float stem = smooth_step(0.005F, 0.02F, radius);
-  const float white = smooth_step(0.25F, 0.5F, color.mean()) *
-                      smooth_step(0.5F, 0.7F, color.minCoeff() / std::max(color.maxCoeff(), 1e-6F));
-  const float paleness = white * stem;
-  const Bark bark = bark_at(spot.uv, footprint, paleness);
-  // The relief tilts the normal: directions of growing u and v from the triangle, heights a step farther.
-  Vector3f normal = spot.normal;
-  const float turn_uv = uv_ab.x() * uv_ac.y() - uv_ab.y() * uv_ac.x();
-  if (std::abs(turn_uv) > 1e-12F) {
-    constexpr float relief = 0.012F;  // [circumferences]
-    const float step = std::max(0.004F, 0.5F * footprint);
-    const Vector3f along_u = ((uv_ac.y() * spot.ab - uv_ab.y() * spot.ac) / turn_uv).normalized();
-    const Vector3f along_v = ((uv_ab.x() * spot.ac - uv_ac.x() * spot.ab) / turn_uv).normalized();
-    const float rise_u = bark_at(spot.uv + Vector2f(step, 0), footprint, paleness).height - bark.height;
-    const float rise_v = bark_at(spot.uv + Vector2f(0, step), footprint, paleness).height - bark.height;
-    const Vector3f tilted = normal - relief / step * (rise_u * along_u + rise_v * along_v);
-    if (tilted.norm() > 1e-3F) normal = tilted.normalized();
-  }
-  return shade_dull(scene, spot, normal,
-                    bark_albedo(color, spot.uv, footprint, bark.shade, white * (1 - stem)));
+  const TextureFrame frame = texture_frame(spot.ab, spot.ac, uv_ab, uv_ac);
+  const float footprint = spot.distance * scene.eye.pixel * frame.per_metre;
+  const PatternSpot bark =
+      bark_pattern(scene.drawn.colors[spot.part], spot.uv, spot.normal, frame, footprint);
+  return shade_dull(scene, spot, bark.normal, bark.albedo);
 }
 
-// Leaves: no two alike, paler below; light goes through them and turns yellower.
 Rgb shade_leaf(const PictureScene& scene, const Spot& spot) {
   const Pieces& leaves = scene.drawn.surface.parts[spot.part].pieces;
   const std::uint32_t leaf = leaves.size > 0 ? (spot.corners[0] - leaves.first_vertex) / leaves.size : 0;
-  const float bright = 0.78F + 0.44F * hash_to_unit(2 * leaf);
-  const float yellow = hash_to_unit(2 * leaf + 1) - 0.5F;
-  Rgb albedo = scene.drawn.colors[spot.part].cwiseProduct(
-                   Rgb(1 + 0.55F * yellow, 1 + 0.1F * yellow, 1 - 0.5F * yellow)) *
-               bright;
-  const float rib = std::max(0.0F, 1 - std::abs(spot.uv.x() - 0.5F) * 14);
-  albedo *= 1 + 0.35F * rib;
-  if (spot.seen_from_behind) albedo = 0.8F * albedo + Rgb::Constant(0.25F * albedo.mean());
-  const Rgb through = albedo.cwiseProduct(Rgb(1.25F, 1.2F, 0.35F)) * 0.75F;
+  const Rgb albedo = leaf_pattern(scene.drawn.colors[spot.part], spot.uv, leaf, spot.seen_from_behind);
+  const Rgb through = light_through_leaf(albedo);
 
   const Vector3f& normal = spot.normal;
   const AmbientLight& ambient = scene.light.ambient;
