@@ -20,10 +20,8 @@ struct FilePlace {
 };
 std::string text_of(const FilePlace& place);  // "scene.toml:12:3"
 
-// What the motion of an object is made with, under the name that the flag of `tremula animate` has, with _
-// for -:
-// {"wind_speed", {"8"}, …}. A list has several values; a switch that is on none, and one that is off is left
-// out.
+// What the motion of an object is made with, under the name that the flag of `tremula animate` has, with _ for -:
+// {"wind_speed", {"8"}, …}. A list has several values; a switch that is on none, and one that is off is left out.
 struct Setting {
   std::string key;
   std::vector<std::string> values;
@@ -40,9 +38,9 @@ struct Grid {
   Vec3 centre = Vec3::Zero();
 };
 struct Scatter {
-  double density = 0.01;                                      // [1/m^2]
-  Eigen::Vector2d low = {-50, -50}, high = {50, 50};          // of the field [m]
-  double distance = 0;                                        // that two of them keep at least [m]
+  double density = 0.01;                      // [1/m^2]
+  Eigen::Vector2d low = {-50, -50}, high = {50, 50};  // of the field [m]
+  double distance = 0;                        // that two of them keep at least [m]
   std::vector<std::vector<Eigen::Vector2d>> inside, outside;  // masks: polygons [m]
 };
 struct Crowd {
@@ -50,11 +48,11 @@ struct Crowd {
   std::vector<Grid> grids;
   std::vector<Scatter> scatters;
   std::uint64_t seed = 1;
-  double jitter = 0;               // of places, of a grid's spacing
-  Eigen::Vector2d scale = {1, 1};  // smallest and largest
-  Eigen::Vector2d turn = {0, 0};   // [rad], of which any is as likely
-  double random_shift = 0;         // of time shifts beside what the wind's way makes [s]
-  bool travelling_gusts = true;    // time shifts follow Taylor: x / U along the wind
+  double jitter = 0;                 // of places, of a grid's spacing
+  Eigen::Vector2d scale = {1, 1};    // smallest and largest
+  Eigen::Vector2d turn = {0, 0};     // [rad], of which any is as likely
+  double random_shift = 0;           // of time shifts beside what the wind's way makes [s]
+  bool travelling_gusts = true;      // time shifts follow Taylor: x / U along the wind
 };
 
 // Copies of an object, in order. `advection`: the mean wind that carries gusts [m/s], 0: no shift.
