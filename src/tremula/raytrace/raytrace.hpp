@@ -32,11 +32,11 @@ struct Haze {
 // What a film shows. Loops are shared: many scenes may show one. Each has its instances (Loop::instances),
 // whose time shifts are rounded so that at most `poses_per_loop` poses of a loop are held at a time.
 struct TraceScene {
-  std::vector<std::shared_ptr<const Loop>> loops;
-  GroundLook ground;
-  Haze haze;
+  std::vector<std::shared_ptr<const Loop>> loops = {};
+  GroundLook ground = {};
+  Haze haze = {};
   bool under_water = false;
-  DaylightSettings daylight;
+  DaylightSettings daylight = {};
   std::optional<Eigen::Vector3f> uniform_sky =
       {};  // instead of sun and sky: the same radiance from everywhere
   int poses_per_loop = 24;
@@ -52,7 +52,7 @@ struct TraceOptions {
   int samples = 64;               // a pixel, 1 … 65536
   int bounces = 6;                // of light, 0 … 64: 0 sees the sky alone
   double shutter = 0;             // how long it is open, centred on the frame's time [s]
-  Lens lens;
+  Lens lens = {};
   std::uint64_t seed = 1;
 };
 
