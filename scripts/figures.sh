@@ -32,9 +32,9 @@ row seagrass 0 1040 docs/figures/seagrass.png --wind-speed 6 --period 20 --seed 
 row oak 0 1040 docs/figures/oak.png --wind-speed 12 --period 20 --seed 1
 tremula modes stam-62 --plot docs/figures/modes.svg > /dev/null
 tremula beam --count 3 --plot docs/figures/beam.svg > /dev/null
-"$build/bench/bench_compare_dynamics" bamboo-2942 6 --plot docs/figures/dynamics.svg > /dev/null
 tremula wind --model iec-kaimal --speed 12 --reference-height 90 --profile power:0.2 --points 51x51 --size 145x145 \
   --center-height 90 --plot docs/figures/wind.svg
 
+scripts/experiments.sh "$build"
 node scripts/run_docs.mjs --refresh "$build"
 ls -l docs/figures/*
