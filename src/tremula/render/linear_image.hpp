@@ -21,6 +21,9 @@ struct LinearImage {
   float* pixel(int x, int y) { return const_cast<float*>(std::as_const(*this).pixel(x, y)); }
 };
 
+// Throws InputError for an image without all its pixels, or without any.
+void check_all_pixels(const LinearImage& image);
+
 // What a path tracer knows of a picture besides its light: what guides a denoiser.
 struct TracedImage {
   LinearImage light;   // radiance
