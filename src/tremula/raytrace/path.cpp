@@ -143,10 +143,12 @@ class Path {
  private:
   Hit closest(float farthest) {
     ++rays_;
+    if (settings_.shot) settings_.shot->push_back({ray_, farthest, false});
     return settings_.scene.closest(ray_, farthest);
   }
   bool blocked(const Ray& ray, float farthest) {
     ++rays_;
+    if (settings_.shot) settings_.shot->push_back({ray, farthest, true});
     return settings_.scene.blocked(ray, farthest);
   }
   void add(const Rgb& light) {

@@ -8,15 +8,24 @@
 #include "tremula/raytrace/sampling.hpp"
 
 #include <cstdint>
+#include <vector>
 
 namespace tremula {
+
+// A ray that was shot, for a benchmark that shoots it again.
+struct ShotRay {
+  Ray ray;
+  float farthest = 0;
+  bool any = false;  // asked whether something is in the way, not what
+};
 
 struct PathSettings {
   const PosedScene& scene;
   const FarLight& far_light;
   const GroundLook& ground;
   int bounces = 6;
-  float pixel = 0.001F;  // its size at distance 1
+  float pixel = 0.001F;                 // its size at distance 1
+  std::vector<ShotRay>* shot = nullptr;  // takes all rays, where there is one; from one thread
 };
 
 struct PathSample {
