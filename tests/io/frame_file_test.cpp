@@ -8,6 +8,7 @@
 
 #include "complaint.hpp"
 #include "support.hpp"
+#include "tremula/io/sheet_file.hpp"
 #include "tremula/modes/solve_modes.hpp"
 #include "tremula/structure/frame_presets.hpp"
 #include "tremula/structure/structure.hpp"
@@ -71,6 +72,15 @@ TEST(FrameFile, IsBeamsInPiecesBetweenPoints) {
   EXPECT_EQ(frame.clamped.size(), 2U);
   ASSERT_EQ(frame.masses.size(), 1U);
   EXPECT_EQ(frame.nodes[static_cast<std::size_t>(frame.masses[0].node)], Vec3(1, 0, 1.5));
+}
+
+TEST(FrameFile, OfKeysInKeysWithoutEndIsRefused) {
+  std::string deep;
+  for (int i = 0; i < 200'000; ++i) deep += "a.";
+  EXPECT_THAT(complaint_about(deep + "a = 1\n"), HasSubstr("frame.toml:1:512: a key: more than 256 levels"));
+  EXPECT_FALSE(is_sheet_file("[" + deep + "a]\n"));
+  // What only looks like it: texts and comments.
+  EXPECT_THAT(complaint_about("# " + deep + "\nname = \"" + deep + "\"\n"), HasSubstr("no points"));
 }
 
 TEST(FrameFile, OfACantileverHasTheFrequencyOfTheClosedForm) {

@@ -111,8 +111,8 @@ SheetFile read_text(const std::string& text_of_file, const std::string& name) {
 
 bool is_sheet_file(const std::string& text) {
   try {
-    return toml::parse(text).contains("sheet");
-  } catch (const toml::parse_error&) {
+    return parse_toml(text, "").contains("sheet");
+  } catch (const InputError&) {
     return false;  // whoever reads it says why
   }
 }

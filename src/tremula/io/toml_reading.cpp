@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 #include <vector>
 
 namespace tremula {
@@ -16,7 +17,61 @@ void TomlPlace::fail(const toml::node& node, const std::string& what, const std:
                    found, wanted);
 }
 
+namespace {
+
+constexpr int most_levels = 256;  // of a key: toml++ bounds lists in lists, and recurses into keys in keys
+
+// Past the end of the text in quotes that begins here, of one line or of several.
+std::size_t past_quotes(std::string_view text, std::size_t begin) {
+  const char quote = text[begin];
+  const std::string three(3, quote);
+  const bool lines = text.substr(begin, 3) == three;
+  for (std::size_t i = begin + (lines ? 3 : 1); i < text.size(); ++i) {
+    if (text[i] == '\\' && quote == '"') {
+      ++i;
+    } else if (lines ? text.substr(i, 3) == three : text[i] == quote) {
+      return i + (lines ? 3 : 1);
+    } else if (!lines && text[i] == '\n') {
+      return i;
+    }
+  }
+  return text.size();
+}
+
+void check_levels(std::string_view text, const std::string& name) {
+  std::size_t line = 1, line_begin = 0;
+  int dots = 0;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == '"' || c == '\'') {
+      const std::size_t end = past_quotes(text, i);
+      line += static_cast<std::size_t>(std::count(text.begin() + static_cast<std::ptrdiff_t>(i),
+                                                  text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+      i = end;
+      continue;
+    }
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size());
+      continue;
+    }
+    if (c == '.' && ++dots >= most_levels) {
+      throw InputError(
+          name + ":" + std::to_string(line) + ":" + std::to_string(i - line_begin + 1) + ": a key",
+          "more than " + std::to_string(most_levels) + " levels", "fewer");
+    }
+    if (std::string_view("\n=,[]{}").find(c) != std::string_view::npos) dots = 0;
+    ++i;
+    if (c == '\n') {
+      ++line;
+      line_begin = i;
+    }
+  }
+}
+
+}  // namespace
+
 toml::table parse_toml(const std::string& text, const std::string& name) {
+  check_levels(text, name);
   try {
     return toml::parse(text);
   } catch (const toml::parse_error& error) {

@@ -19,6 +19,7 @@ enum class RandomStream : std::uint32_t {
   lanczos_start = 6,
   modal_loads = 7,
   waves = 8,
+  placing = 9,
   test = 1000,
 };
 

@@ -12,20 +12,30 @@
 namespace tremula {
 namespace {
 
-constexpr double margin = 0.06;     // of the picture, on each side
 constexpr double smallest = 0.005;  // half a width [m]
 
-Camera look_from(double azimuth, double elevation, double aspect) {
+void check_sizes(double aspect, const Framing& framing) {
+  if (!(aspect > 0.01 && aspect < 100)) {
+    throw InputError("camera: aspect", std::to_string(aspect), "a number from 0.01 to 100");
+  }
+  if (!(framing.half_height > 1e-6 && framing.half_height < 1e3) ||
+      !(framing.margin >= 0 && framing.margin < 0.495)) {
+    throw InputError("camera: framing",
+                     std::to_string(framing.half_height) + ", margin " + std::to_string(framing.margin),
+                     "a field of view below half a turn, and a margin from 0 to 0.49");
+  }
+}
+
+Camera look_from(double azimuth, double elevation, double aspect, const Framing& framing) {
   if (!std::isfinite(azimuth) || !(std::abs(elevation) < std::numbers::pi / 2)) {
     throw InputError("camera",
                      "azimuth " + std::to_string(azimuth) + ", elevation " + std::to_string(elevation),
                      "a finite azimuth and an elevation within (-pi/2, pi/2)");
   }
-  if (!(aspect > 0.01 && aspect < 100)) {
-    throw InputError("camera: aspect", std::to_string(aspect), "a number from 0.01 to 100");
-  }
+  check_sizes(aspect, framing);
   Camera camera;
   camera.aspect = aspect;
+  camera.half_height = framing.half_height;
   const double level = std::cos(elevation);
   camera.forward = -Vec3(level * std::cos(azimuth), level * std::sin(azimuth), std::sin(elevation));
   camera.right = Vec3(-std::sin(azimuth), std::cos(azimuth), 0);
@@ -59,7 +69,7 @@ class Span {
 
 // for_each(add): calls add for every point.
 template <typename ForEach>
-void move_back_to_fit(Camera& camera, const ForEach& for_each) {
+void move_back_to_fit(Camera& camera, double margin, const ForEach& for_each) {
   const double slope = camera.half_height * (1 - 2 * margin);
   Span across(camera.right, camera.forward, slope * camera.aspect);
   Span upright(camera.up, camera.forward, slope);
@@ -73,32 +83,50 @@ void move_back_to_fit(Camera& camera, const ForEach& for_each) {
 
 }  // namespace
 
-Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, double elevation,
-                    double aspect) {
-  Camera camera = look_from(azimuth, elevation, aspect);
+Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, double elevation, double aspect,
+                    const Framing& framing) {
+  Camera camera = look_from(azimuth, elevation, aspect, framing);
   if (points.empty()) throw InputError("camera", "no points", "at least one");
   for (const Eigen::Vector3f& point : points) {
     if (!point.allFinite()) throw InputError("camera", "a point that is not finite", "finite numbers");
   }
-  move_back_to_fit(camera, [&](const auto& add) {
+  move_back_to_fit(camera, framing.margin, [&](const auto& add) {
     for (const Eigen::Vector3f& point : points) add(point.cast<double>());
   });
   return camera;
 }
 
-Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double elevation, double aspect) {
-  Camera camera = look_from(azimuth, elevation, aspect);
+Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double elevation, double aspect,
+                    const Framing& framing) {
+  Camera camera = look_from(azimuth, elevation, aspect, framing);
   if (!low.allFinite() || !high.allFinite() || (high - low).minCoeff() < 0) {
     throw InputError("camera: extent", "a box that is not finite or ends below its start", "a box");
   }
   const Vec3 centre = (low + high) / 2;
   const Vec3 half = (high - low) / 2;
-  move_back_to_fit(camera, [&](const auto& add) {
+  move_back_to_fit(camera, framing.margin, [&](const auto& add) {
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 sign((corner & 1) * 2 - 1, (corner & 2) - 1, (corner & 4) / 2 - 1);
       add(centre + half.cwiseProduct(sign));
     }
   });
+  return camera;
+}
+
+Camera look_at(const Vec3& eye, const Vec3& point, double aspect, double half_height) {
+  check_sizes(aspect, {half_height, 0});
+  const Vec3 towards = point - eye;
+  const double distance = towards.norm();
+  if (!(distance > 0) || !std::isfinite(distance))
+    throw InputError("camera", "an eye and what it looks at at one place", "two finite places");
+  Camera camera;
+  camera.eye = eye;
+  camera.aspect = aspect;
+  camera.half_height = half_height;
+  camera.forward = towards / distance;
+  const Vec3 across = camera.forward.cross(Vec3::UnitZ());
+  camera.right = across.norm() > 1e-9 ? Vec3(across.normalized()) : Vec3(Vec3::UnitX());
+  camera.up = camera.right.cross(camera.forward);
   return camera;
 }
 

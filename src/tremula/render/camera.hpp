@@ -19,15 +19,28 @@ struct Camera {
   double aspect = 1;          // width / height of the picture
 };
 
+// How large and how close to the border a picture shows what it frames.
+struct Framing {
+  double half_height = 0.25;  // of the camera
+  double margin = 0.06;       // of the picture, on each side, 0 … 0.49
+};
+
 // Looks from the compass direction `azimuth` (0: from +x, pi/2: from +y) and from `elevation` above [rad,
 // within
 // (-pi/2, pi/2)], as near as all the points fit with a margin all around. A single point is taken for a
-// centimetre. Throws InputError for no points, for some that are not finite, and for angles or an aspect out
-// of range.
-Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, double elevation, double aspect);
+// centimetre. Throws InputError for no points, for some that are not finite, and for angles, an aspect or
+// a framing out of range.
+Camera frame_points(std::span<const Eigen::Vector3f> points, double azimuth, double elevation, double aspect,
+                    const Framing& framing = {});
 
 // The same for the corners of a box. Throws InputError also for a box turned inside out.
-Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double elevation, double aspect);
+Camera frame_extent(const Vec3& low, const Vec3& high, double azimuth, double elevation, double aspect,
+                    const Framing& framing = {});
+
+// Looks from `eye` at a point, which is in the middle of the picture. What is level stays level; straight
+// down or up, +y (-y) is above. Throws InputError for places that are one or not finite, and for sizes out of
+// range.
+Camera look_at(const Vec3& eye, const Vec3& point, double aspect, double half_height = Framing{}.half_height);
 
 // From where a wind that blows towards `heading` [rad] is best looked across: 105 degrees to its right, so
 // that lean and sway show; but where a sheet, by the unit normals of its poses, shows less than half as much

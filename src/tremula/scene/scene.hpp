@@ -1,14 +1,14 @@
-// A scene: several plants under one sky and in one wind, and who looks. From TOML.
+// A scene: several things under one sky and in one wind, and who looks at them. What a file says
+// (scene_file.hpp), before anything of it is grown, moved or placed. Angles in radians.
 #pragma once
 
 #include "tremula/base/types.hpp"
 #include "tremula/deformation/loop.hpp"
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
-#include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 namespace tremula {
@@ -20,52 +20,134 @@ struct FilePlace {
 };
 std::string text_of(const FilePlace& place);  // "scene.toml:12:3"
 
-// What the motion of an object is made with, under the name that the flag of `tremula animate` has, with _ for -:
-// {"wind_speed", {"8"}, …}. A list has several values; a switch that is on none, and one that is off is left out.
+// What a motion is made with, under the name that the flag of `tremula animate` has, with _ for -:
+// {"wind_speed", {"8"}, …}. A list has several values; a switch that is on has none, and one that is off has
+// "false".
 struct Setting {
   std::string key;
   std::vector<std::string> values;
   FilePlace place;
 };
 
-// Where copies of an object stand. Rules add up; an object without any stands once, where its source puts it.
-struct Placed {  // one by one
-  Instance instance;
-};
-struct Grid {
-  int columns = 1, rows = 1;
-  double spacing = 10;  // [m]
-  Vec3 centre = Vec3::Zero();
-};
-struct Scatter {
-  double density = 0.01;                      // [1/m^2]
-  Eigen::Vector2d low = {-50, -50}, high = {50, 50};  // of the field [m]
-  double distance = 0;                        // that two of them keep at least [m]
-  std::vector<std::vector<Eigen::Vector2d>> inside, outside;  // masks: polygons [m]
-};
-struct Crowd {
-  std::vector<Placed> placed;
-  std::vector<Grid> grids;
-  std::vector<Scatter> scatters;
+// ---- Where copies of an object stand. Rules add up; an object without any stands once, at the origin.
+
+// How copies of one rule differ from each other, drawn by its seed.
+struct Variation {
   std::uint64_t seed = 1;
-  double jitter = 0;                 // of places, of a grid's spacing
-  Eigen::Vector2d scale = {1, 1};    // smallest and largest
-  Eigen::Vector2d turn = {0, 0};     // [rad], of which any is as likely
-  double random_shift = 0;           // of time shifts beside what the wind's way makes [s]
-  bool travelling_gusts = true;      // time shifts follow Taylor: x / U along the wind
+  Eigen::Vector2d scale = {1, 1};  // smallest and largest
+  Eigen::Vector2d turn = {0, 0};   // between these [rad]
+  double random_shift = 0;         // of the time, up to so much either way [s]
 };
 
-// Copies of an object, in order. `advection`: the mean wind that carries gusts [m/s], 0: no shift.
-// Throws InputError for more than most_instances, with the number.
-inline constexpr std::int64_t most_instances = 10'000'000;
-std::vector<Instance> place_instances(const Crowd& crowd, const Vec3& advection, double period);
+// Rows along y of columns along x.
+struct Grid : Variation {
+  int columns = 1, rows = 1;
+  Eigen::Vector2d spacing = {10, 10};  // along x and y [m]
+  Vec3 centre = Vec3::Zero();          // of the whole [m]
+  double jitter = 0;                   // how far off its place a copy is at most, along x and y, in spacings
+};
 
+using Polygon = std::vector<Eigen::Vector2d>;  // corners in order; the last joins the first [m]
+
+// As many on average as a density says.
+struct Scatter : Variation {
+  double density = 0.01;                              // [1/m^2]
+  Eigen::Vector2d low = {-50, -50}, high = {50, 50};  // of the field, along x and y [m]
+  double distance = 0;                   // that they keep from each other and from all placed before [m]
+  std::vector<Polygon> inside, outside;  // in one of the first, if there are any, and in none of the others
+  double height = 0;                     // of the ground [m]
+};
+
+struct Crowd {
+  std::vector<Instance> instances = {};  // one by one
+  std::vector<Grid> grids = {};
+  std::vector<Scatter> scatters = {};
+  bool travelling_gusts = true;  // time shifts follow Taylor: x / U along the wind
+};
+
+// Something that moves, and where its copies stand.
 struct SceneObject {
-  std::string name, source;  // source: a file, beside the scene's, or a preset
-  FilePlace place;
-  std::vector<Setting> settings;
-  Crowd crowd;
-  int headings = 8;  // a turned copy bows downwind in a motion made for its heading, the nearest of so many
+  std::string name;                               // that of its source where the file gives none
+  std::string source;                             // a file that is there, or the name of a preset
+  std::vector<Setting> settings;                  // its own: settings_of() has all that count for it
+  std::optional<std::uint64_t> growth_seed = {};  // of a plant that is grown
+  std::vector<std::string> constants = {};        // of its text: "nodes=20"
+  std::optional<Eigen::Vector3f> bark_color = {}, leaf_color = {},
+                                 color = {};  // sRGB, 0–1; the last of a sheet
+  int headings = 8;  // a turned copy bows downwind in a motion of its own heading, the nearest of so many
+  Crowd crowd = {};
+  FilePlace place = {};
 };
+
+// ---- What is around them
+
+struct SceneGround {
+  std::string kind = "grass";                  // grass, soil, sand, snow, plain or none
+  Eigen::Vector3f color{0.18F, 0.18F, 0.18F};  // albedo of a plain one, linear
+  double height = 0;                           // [m]
+};
+
+struct SceneSky {
+  double sun_elevation = 35 * std::numbers::pi / 180;  // above the horizon [rad]
+  double sun_azimuth = 0;                              // where it stands, from +x towards +y [rad]
+  double turbidity = 3;                                // 1 pure air … 10 hazy
+  std::optional<double> uniform = {};  // instead of sun and sky: this radiance from everywhere
+};
+
+// What is between things.
+struct SceneMedium {
+  std::string kind = "auto";              // air, water, or auto: what the objects live in
+  std::optional<double> visibility = {};  // how far a dark thing is seen [m]; else default_visibility
+};
+
+// ---- Who looks
+
+struct CameraKey {
+  double time = 0;  // [s]
+  Vec3 eye = Vec3::Zero(), look_at = Vec3::Zero();
+  std::optional<double> field_of_view = {};  // [rad]; that of the camera
+  FilePlace place = {};
+};
+
+// Along a path where there is one, else from `eye` where there is one, else from where all is in the frame.
+struct SceneCamera {
+  std::vector<std::string> frame = {};  // objects to frame, by name; none: all
+  std::optional<double> azimuth = {};   // to stand at, from +x towards +y [rad]; else across the wind
+  double elevation = 8 * std::numbers::pi / 180;       // to look down from [rad]
+  double margin = 0.06;                                // of the picture, on each side
+  std::optional<Vec3> eye = {}, look_at = {};          // [m]
+  double field_of_view = 28 * std::numbers::pi / 180;  // from bottom to top [rad]
+  double aperture = 0;                                 // diameter of the lens [m]; 0: all is sharp
+  std::optional<double> focus_distance = {};           // [m]; else as far as what it looks at
+  std::optional<Vec3> focus_at = {};                   // [m]
+  std::vector<CameraKey> path = {};                    // by time
+  bool path_repeats = true;                            // with the loop; else it rests at its ends
+  FilePlace place = {};
+};
+
+struct ScenePicture {
+  Eigen::Vector2i size = {960, 540};    // width and height [pixels]
+  int samples = 64;                     // a pixel
+  int bounces = 6;                      // of light
+  double shutter = 0.5;                 // how long it is open, of the time of a frame
+  std::optional<double> exposure = {};  // [stops]; none: by the light of the first frame
+  bool denoise = true;
+  std::uint64_t seed = 1;  // of the samples
+};
+
+struct Scene {
+  std::string name;                   // that of its file where it gives none
+  std::vector<Setting> wind, motion;  // of all objects
+  SceneGround ground;
+  SceneSky sky;
+  SceneMedium medium;
+  SceneCamera camera;
+  ScenePicture picture;
+  std::vector<SceneObject> objects;
+};
+
+// All that an object is put in motion with: wind and motion of the scene, in their order, then its own in
+// place of those of the same name.
+std::vector<Setting> settings_of(const Scene& scene, const SceneObject& object);
 
 }  // namespace tremula

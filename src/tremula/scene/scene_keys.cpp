@@ -1,0 +1,600 @@
+#include "tremula/scene/scene_keys.hpp"
+
+#include "tremula/base/number_text.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <type_traits>
+
+namespace tremula {
+namespace {
+
+constexpr double far = 1e6;  // [m]
+constexpr double above_zero = 1e-9;
+constexpr double longest = 1e5;  // [s]
+
+template <class Owner>
+void add_variation(std::vector<SceneKey<Owner>>& keys) {
+  keys.push_back({.name = "scale",
+                  .target = &Owner::scale,
+                  .least = 1e-3,
+                  .most = 1e3,
+                  .meaning = "Size beside that of the source, or the smallest and the largest of them"});
+  keys.push_back({.name = "turn",
+                  .target = &Owner::turn,
+                  .unit = "degrees",
+                  .least = -360,
+                  .most = 360,
+                  .word = "random",
+                  .meaning = "About the vertical, from +x towards +y: one for all, or two to draw between"});
+  keys.push_back(
+      {.name = "random_shift",
+       .target = &Owner::random_shift,
+       .unit = "s",
+       .least = 0,
+       .most = longest,
+       .meaning = "Besides what `travelling_gusts` does, each is ahead or behind by up to so much"});
+  keys.push_back({.name = "seed",
+                  .target = &Owner::seed,
+                  .meaning = "Of all that is drawn; another seed, other places"});
+}
+
+SceneKeys all_keys() {
+  SceneKeys all;
+  all.scene = {
+      "",
+      "scene",
+      "Before the first header.",
+      {{.name = "name", .target = &Scene::name, .otherwise = "that of the file", .meaning = "For titles"}}};
+
+  all.ground = {"[ground]",
+                "ground",
+                "What everything stands on, as far as the eye reaches.",
+                {{.name = "kind",
+                  .target = &SceneGround::kind,
+                  .choices = {"grass", "soil", "sand", "snow", "plain", "none"},
+                  .meaning = "What it looks like"},
+                 {.name = "color",
+                  .target = &SceneGround::color,
+                  .least = 0,
+                  .most = 1,
+                  .meaning = "Of a plain one: the share of red, green and blue light that it sends back"},
+                 {.name = "height",
+                  .target = &SceneGround::height,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .meaning = "Where it is"}}};
+
+  all.sky = {"[sky]",
+             "sky",
+             "What gives light.",
+             {{.name = "sun_elevation",
+               .target = &SceneSky::sun_elevation,
+               .unit = "degrees",
+               .least = 0,
+               .most = 90,
+               .meaning = "Of the sun above the horizon"},
+              {.name = "sun_azimuth",
+               .target = &SceneSky::sun_azimuth,
+               .unit = "degrees",
+               .least = -360,
+               .most = 360,
+               .meaning = "Where the sun stands, from +x towards +y"},
+              {.name = "turbidity",
+               .target = &SceneSky::turbidity,
+               .least = 1,
+               .most = 10,
+               .meaning = "Of the air: 2 very clear, 3 clear, 6 hazy, 10 dull"},
+              {.name = "uniform",
+               .target = &SceneSky::uniform,
+               .least = 0,
+               .most = 1e6,
+               .otherwise = "sun and sky",
+               .meaning = "Instead of them the same radiance from everywhere"}}};
+
+  all.medium = {"[medium]",
+                "medium",
+                "What is between things.",
+                {{.name = "kind",
+                  .target = &SceneMedium::kind,
+                  .choices = {"auto", "air", "water"},
+                  .meaning = "auto: water where all objects live in it"},
+                 {.name = "visibility",
+                  .target = &SceneMedium::visibility,
+                  .unit = "m",
+                  .least = 0.1,
+                  .most = 1e6,
+                  .otherwise = "20000 in air, 12 in water",
+                  .meaning = "How far a dark thing is seen"}}};
+
+  all.camera = {"[camera]",
+                "camera",
+                "Who looks: along a path where there is one, else from `eye`, else from where all objects "
+                "are in the frame.",
+                {{.name = "frame",
+                  .target = &SceneCamera::frame,
+                  .word = "all",
+                  .otherwise = "\"all\"",
+                  .meaning = "Names of the objects that shall be in the frame"},
+                 {.name = "azimuth",
+                  .target = &SceneCamera::azimuth,
+                  .unit = "degrees",
+                  .least = -360,
+                  .most = 360,
+                  .otherwise = "across the wind",
+                  .meaning = "Where to stand for that, as seen from the objects, from +x towards +y"},
+                 {.name = "elevation",
+                  .target = &SceneCamera::elevation,
+                  .unit = "degrees",
+                  .least = -85,
+                  .most = 85,
+                  .meaning = "From how far above the horizon to look down then"},
+                 {.name = "margin",
+                  .target = &SceneCamera::margin,
+                  .least = 0,
+                  .most = 0.45,
+                  .meaning = "To leave then on each side, of the picture"},
+                 {.name = "eye",
+                  .target = &SceneCamera::eye,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .meaning = "Where the camera stands"},
+                 {.name = "look_at",
+                  .target = &SceneCamera::look_at,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .meaning = "What it looks at from there"},
+                 {.name = "field_of_view",
+                  .target = &SceneCamera::field_of_view,
+                  .unit = "degrees",
+                  .least = 0.1,
+                  .most = 150,
+                  .meaning = "From the bottom to the top of the picture"},
+                 {.name = "aperture",
+                  .target = &SceneCamera::aperture,
+                  .unit = "m",
+                  .least = 0,
+                  .most = 10,
+                  .meaning = "Diameter of the lens; 0: everything is sharp"},
+                 {.name = "focus_distance",
+                  .target = &SceneCamera::focus_distance,
+                  .unit = "m",
+                  .least = 1e-3,
+                  .most = far,
+                  .otherwise = "to what it looks at",
+                  .meaning = "How far away things are sharp"},
+                 {.name = "focus_at",
+                  .target = &SceneCamera::focus_at,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .meaning = "or a point that is sharp"},
+                 {.name = "path_repeats",
+                  .target = &SceneCamera::path_repeats,
+                  .meaning = "The path closes with the loop; false: the camera rests before its beginning "
+                             "and after its end"}}};
+
+  all.path = {"[[camera.path]]",
+              "camera.path",
+              "A key of the camera's path, two or more, by time. Between keys it goes smoothly, never lower "
+              "than both.",
+              {{.name = "time",
+                .target = &CameraKey::time,
+                .unit = "s",
+                .least = 0,
+                .most = longest,
+                .needed = true,
+                .meaning = "When; before the end of the loop where the path repeats"},
+               {.name = "eye",
+                .target = &CameraKey::eye,
+                .unit = "m",
+                .least = -far,
+                .most = far,
+                .needed = true,
+                .meaning = "Where the camera is then"},
+               {.name = "look_at",
+                .target = &CameraKey::look_at,
+                .unit = "m",
+                .least = -far,
+                .most = far,
+                .needed = true,
+                .meaning = "What it looks at"},
+               {.name = "field_of_view",
+                .target = &CameraKey::field_of_view,
+                .unit = "degrees",
+                .least = 0.1,
+                .most = 150,
+                .otherwise = "that of [camera]",
+                .meaning = "From the bottom to the top of the picture"}}};
+
+  all.picture = {"[picture]",
+                 "picture",
+                 "How the picture is taken.",
+                 {{.name = "size",
+                   .target = &ScenePicture::size,
+                   .unit = "pixels",
+                   .least = 1,
+                   .most = 16384,
+                   .meaning = "Width and height, also as \"960x540\""},
+                  {.name = "samples",
+                   .target = &ScenePicture::samples,
+                   .least = 1,
+                   .most = 65536,
+                   .meaning = "A pixel: four times as many, half the noise"},
+                  {.name = "bounces",
+                   .target = &ScenePicture::bounces,
+                   .least = 0,
+                   .most = 64,
+                   .meaning = "Of light from thing to thing"},
+                  {.name = "shutter",
+                   .target = &ScenePicture::shutter,
+                   .least = 0,
+                   .most = 1,
+                   .meaning = "How long it is open, of the time of a frame; 0: what moves is sharp"},
+                  {.name = "exposure",
+                   .target = &ScenePicture::exposure,
+                   .unit = "stops",
+                   .least = -40,
+                   .most = 40,
+                   .word = "auto",
+                   .otherwise = "\"auto\"",
+                   .meaning = "One more is twice as bright; auto: by the light of the first frame"},
+                  {.name = "denoise",
+                   .target = &ScenePicture::denoise,
+                   .meaning = "Smooth what noise the samples leave"},
+                  {.name = "seed", .target = &ScenePicture::seed, .meaning = "Of the samples"}}};
+
+  all.object = {
+      "[[objects]]",
+      "objects",
+      "Something that moves, one or more.",
+      {{.name = "source",
+        .target = &SceneObject::source,
+        .needed = true,
+        .meaning =
+            "A file beside the scene's, of any form that `tremula animate` takes, or the name of a preset"},
+       {.name = "name",
+        .target = &SceneObject::name,
+        .otherwise = "that of the source",
+        .meaning = "For `frame` and for messages"},
+       {.name = "growth_seed",
+        .target = &SceneObject::growth_seed,
+        .otherwise = "that of its text",
+        .meaning = "Of a plant that is grown: another seed, another plant"},
+       {.name = "set",
+        .target = &SceneObject::constants,
+        .meaning = "Other values for constants of its text: [\"nodes=20\"]"},
+       {.name = "bark_color",
+        .target = &SceneObject::bark_color,
+        .least = 0,
+        .most = 1,
+        .otherwise = "that of the source",
+        .meaning = "Red, green and blue as a screen shows them (sRGB)"},
+       {.name = "leaf_color",
+        .target = &SceneObject::leaf_color,
+        .least = 0,
+        .most = 1,
+        .otherwise = "that of the source",
+        .meaning = "likewise"},
+       {.name = "color",
+        .target = &SceneObject::color,
+        .least = 0,
+        .most = 1,
+        .otherwise = "that of the source",
+        .meaning = "likewise, of a sheet or of plates"},
+       {.name = "headings",
+        .target = &SceneObject::headings,
+        .least = 1,
+        .most = 64,
+        .meaning = "Turned copies bow downwind in motions made for so many headings, the nearest for each"}}};
+  all.crowd = {"",
+               "objects",
+               "",
+               {{.name = "travelling_gusts",
+                 .target = &Crowd::travelling_gusts,
+                 .meaning = "What stands downwind moves as much later as the wind takes to get there"}}};
+
+  all.instance = {"[[objects.instances]]",
+                  "objects.instances",
+                  "A copy of the object above it.",
+                  {{.name = "position",
+                    .target = &Instance::position,
+                    .unit = "m",
+                    .least = -far,
+                    .most = far,
+                    .on_ground = true,
+                    .meaning = "Where its origin stands; two numbers: on the ground"},
+                   {.name = "turn",
+                    .target = &Instance::turn,
+                    .unit = "degrees",
+                    .least = -360,
+                    .most = 360,
+                    .meaning = "About the vertical, from +x towards +y"},
+                   {.name = "scale",
+                    .target = &Instance::scale,
+                    .least = 1e-3,
+                    .most = 1e3,
+                    .meaning = "Size beside that of the source"},
+                   {.name = "time_shift",
+                    .target = &Instance::time_shift,
+                    .unit = "s",
+                    .least = -longest,
+                    .most = longest,
+                    .meaning = "How far ahead it is, besides what `travelling_gusts` does"}}};
+
+  all.grid = {"[[objects.grid]]",
+              "objects.grid",
+              "Copies of the object above it in columns and rows.",
+              {{.name = "columns",
+                .target = &Grid::columns,
+                .least = 1,
+                .most = 1e6,
+                .needed = true,
+                .meaning = "How many along x"},
+               {.name = "rows",
+                .target = &Grid::rows,
+                .least = 1,
+                .most = 1e6,
+                .needed = true,
+                .meaning = "How many along y"},
+               {.name = "spacing",
+                .target = &Grid::spacing,
+                .unit = "m",
+                .least = above_zero,
+                .most = far,
+                .meaning = "From one to the next; or along x and y"},
+               {.name = "centre",
+                .target = &Grid::centre,
+                .unit = "m",
+                .least = -far,
+                .most = far,
+                .on_ground = true,
+                .meaning = "Of the whole; two numbers: on the ground"},
+               {.name = "jitter",
+                .target = &Grid::jitter,
+                .least = 0,
+                .most = 1,
+                .meaning = "How far off its place a copy is at most, along x and y, in spacings"}}};
+  add_variation(all.grid.keys);
+
+  all.scatter = {
+      "[[objects.scatter]]",
+      "objects.scatter",
+      "Copies of the object above it here and there.",
+      {{.name = "density",
+        .target = &Scatter::density,
+        .unit = "1/m^2",
+        .least = 1e-12,
+        .most = 1e6,
+        .needed = true,
+        .meaning = "How many on average"},
+       {.name = "low",
+        .target = &Scatter::low,
+        .unit = "m",
+        .least = -far,
+        .most = far,
+        .needed = true,
+        .meaning = "Where the field begins, along x and y"},
+       {.name = "high",
+        .target = &Scatter::high,
+        .unit = "m",
+        .least = -far,
+        .most = far,
+        .needed = true,
+        .meaning = "and where it ends"},
+       {.name = "distance",
+        .target = &Scatter::distance,
+        .unit = "m",
+        .least = 0,
+        .most = far,
+        .meaning = "That they keep from each other and from all copies placed before, of any object"},
+       {.name = "inside",
+        .target = &Scatter::inside,
+        .unit = "m",
+        .least = -far,
+        .most = far,
+        .otherwise = "the field",
+        .meaning = "Polygons [[x, y], …]: there are copies in them only"},
+       {.name = "outside",
+        .target = &Scatter::outside,
+        .unit = "m",
+        .least = -far,
+        .most = far,
+        .meaning = "Polygons without copies"}}};
+  add_variation(all.scatter.keys);
+  return all;
+}
+
+// ---- In words
+
+template <class Owner, class Value>
+std::string kind_words(const SceneKey<Owner>& key, Value Owner::*) {
+  std::string words;
+  if constexpr (std::is_same_v<Value, int> || std::is_same_v<Value, std::uint64_t> ||
+                std::is_same_v<Value, std::optional<std::uint64_t>>) {
+    words = "a whole number";
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    words = "true or false";
+  } else if constexpr (std::is_same_v<Value, std::string>) {
+    words = "a text";
+    for (const std::string& choice : key.choices)
+      words = (words == "a text" ? "one of " : words + ", ") + choice;
+  } else if constexpr (std::is_same_v<Value, Vec3> || std::is_same_v<Value, std::optional<Vec3>>) {
+    words = key.on_ground ? "two or three numbers" : "three numbers";
+  } else if constexpr (std::is_same_v<Value, Eigen::Vector3f> ||
+                       std::is_same_v<Value, std::optional<Eigen::Vector3f>>) {
+    words = "three numbers";
+  } else if constexpr (std::is_same_v<Value, Eigen::Vector2d>) {
+    words = key.needed ? "two numbers" : "a number or two";
+  } else if constexpr (std::is_same_v<Value, Eigen::Vector2i>) {
+    words = "two whole numbers";
+  } else if constexpr (std::is_same_v<Value, std::vector<Polygon>>) {
+    words = "a list of polygons";
+  } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+    words = "a list of texts";
+  } else {
+    words = "a number";
+  }
+  return words;
+}
+
+template <class Owner>
+std::string range_words(const SceneKey<Owner>& key) {
+  if (std::abs(key.least) >= far && key.most >= far) return "";
+  if (key.least > 0 && key.least <= above_zero) return "above 0";
+  if (key.most >= far) return "of " + number_text(key.least) + " or more";
+  return "from " + number_text(key.least) + " to " + number_text(key.most);
+}
+
+std::string value_words(double value) { return number_text(value); }
+std::string value_words(int value) { return std::to_string(value); }
+std::string value_words(std::uint64_t value) { return std::to_string(value); }
+std::string value_words(bool value) { return value ? "true" : "false"; }
+std::string value_words(const std::string& value) { return value.empty() ? "" : '"' + value + '"'; }
+template <class Scalar, int rows>
+std::string value_words(const Eigen::Matrix<Scalar, rows, 1>& value) {
+  std::string words;
+  for (const Scalar each : value)
+    words += (words.empty() ? "[" : ", ") + number_text(static_cast<double>(each));
+  return words + "]";
+}
+template <class Value>
+std::string value_words(const std::optional<Value>&) {
+  return "";
+}
+template <class Value>
+std::string value_words(const std::vector<Value>&) {
+  return "";
+}
+
+template <class Owner>
+const Owner& defaults() {
+  static const Owner owner{};
+  return owner;
+}
+
+template <class Owner>
+std::string default_words(const SceneKey<Owner>& key) {
+  if (key.needed) return "needed";
+  if (!key.otherwise.empty()) return std::string(key.otherwise);
+  return std::visit(
+      [&](const auto member) {
+        auto value = defaults<Owner>().*member;
+        if constexpr (std::is_same_v<decltype(value), double> ||
+                      std::is_same_v<decltype(value), Eigen::Vector2d>)
+          if (key.unit == "degrees") value *= 180 / std::numbers::pi;
+        const std::string words = value_words(value);
+        return words.empty() ? "none" : words;
+      },
+      key.target);
+}
+
+template <class Owner>
+void add_rows(const SceneTable<Owner>& table, std::string& text) {
+  for (const SceneKey<Owner>& key : table.keys) {
+    std::string kind = std::visit([&](const auto member) { return kind_words(key, member); }, key.target);
+    const std::string range = range_words(key);
+    if (!range.empty()) kind += " " + range;
+    if (!key.word.empty()) kind += ", or \"" + std::string(key.word) + "\"";
+    text += "| `" + std::string(key.name) + "` | " + kind + " | " + std::string(key.unit) + " | " +
+            default_words(key) + " | " + std::string(key.meaning) + " |\n";
+  }
+}
+
+constexpr const char* head = "| key | value | unit | default | what it is |\n|---|---|---|---|---|\n";
+
+template <class Owner>
+void add_table(const SceneTable<Owner>& table, std::string& text) {
+  text += "### " +
+          (table.header.empty() ? std::string("At the top") : '`' + std::string(table.header) + '`') +
+          "\n\n" + std::string(table.meaning) + "\n\n" + head;
+  add_rows(table, text);
+}
+
+const char* words_of(SettingKind kind) {
+  switch (kind) {
+    case SettingKind::number:
+      return "a number";
+    case SettingKind::integer:
+      return "a whole number";
+    case SettingKind::text:
+      return "a text";
+    case SettingKind::file:
+      return "a text or a file";
+    case SettingKind::toggle:
+      return "true or false";
+    case SettingKind::list:
+      return "a list";
+  }
+  return "";
+}
+
+void add_settings(std::span<const KnownSetting> settings, SettingScope scope, const char* title,
+                  std::string& text) {
+  text += std::string("\n### ") + title + "\n\n| key | value | what it is |\n|---|---|---|\n";
+  for (const KnownSetting& setting : settings) {
+    if (setting.scope != scope) continue;
+    text += "| `" + setting.key + "` | " + words_of(setting.kind) + " | " + setting.meaning + " |\n";
+  }
+}
+
+}  // namespace
+
+const SceneKeys& scene_keys() {
+  static const SceneKeys keys = all_keys();
+  return keys;
+}
+
+template <class Owner>
+std::string wanted_of(const SceneKey<Owner>& key) {
+  std::string words = std::visit([&](const auto member) { return kind_words(key, member); }, key.target);
+  const std::string range = range_words(key);
+  if (!range.empty()) words += " " + range;
+  if (!key.unit.empty()) words += " [" + std::string(key.unit) + "]";
+  if (!key.word.empty()) words += ", or \"" + std::string(key.word) + "\"";
+  return words;
+}
+
+template std::string wanted_of(const SceneKey<Scene>&);
+template std::string wanted_of(const SceneKey<SceneGround>&);
+template std::string wanted_of(const SceneKey<SceneSky>&);
+template std::string wanted_of(const SceneKey<SceneMedium>&);
+template std::string wanted_of(const SceneKey<SceneCamera>&);
+template std::string wanted_of(const SceneKey<CameraKey>&);
+template std::string wanted_of(const SceneKey<ScenePicture>&);
+template std::string wanted_of(const SceneKey<SceneObject>&);
+template std::string wanted_of(const SceneKey<Crowd>&);
+template std::string wanted_of(const SceneKey<Instance>&);
+template std::string wanted_of(const SceneKey<Grid>&);
+template std::string wanted_of(const SceneKey<Scatter>&);
+
+std::string scene_reference(std::span<const KnownSetting> settings) {
+  const SceneKeys& keys = scene_keys();
+  std::string text;
+  const auto add = [&](const auto& table) {
+    if (!text.empty()) text += "\n";
+    add_table(table, text);
+  };
+  add(keys.scene);
+  add(keys.ground);
+  add(keys.sky);
+  add(keys.medium);
+  add(keys.camera);
+  add(keys.path);
+  add(keys.picture);
+  add(keys.object);
+  add_rows(keys.crowd, text);
+  add(keys.instance);
+  add(keys.grid);
+  add(keys.scatter);
+  if (settings.empty()) return text;
+  add_settings(settings, SettingScope::wind, "`[wind]`", text);
+  add_settings(settings, SettingScope::film, "`[motion]`", text);
+  add_settings(settings, SettingScope::object, "`[motion]` for all objects, `[[objects]]` for one", text);
+  return text;
+}
+
+}  // namespace tremula
