@@ -1,9 +1,9 @@
 #include "frame_files.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/io/film.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <regex>
 
@@ -27,18 +27,17 @@ std::string FrameFiles::path_of(int frame) const {
 
 FrameFiles frame_files(const std::string& path) {
   FrameFiles files{path, FrameForm::still, lower_extension(path)};
-  constexpr std::array pictures{".png", ".exr"}, films{".mp4", ".webm", ".gif"};
-  const bool is_film = std::ranges::find(films, files.extension) != films.end();
-  if (!is_film && std::ranges::find(pictures, files.extension) == pictures.end())
+  const bool of_film = is_film(path);
+  if (!of_film && files.extension != ".png" && files.extension != ".exr")
     throw InputError("-o " + path, "cannot be rendered into", ".png, .exr, .mp4, .webm or .gif");
   const std::ptrdiff_t percents = std::ranges::count(path, '%');
   if (percents == 0) {
-    files.form = is_film ? FrameForm::film : FrameForm::still;
+    files.form = of_film ? FrameForm::film : FrameForm::still;
     return files;
   }
   if (percents > 1 || !std::regex_search(path, number_in_name))
     throw InputError("-o " + path, "%", "one number of the frame in it, as in frames/%04d.png");
-  if (is_film)
+  if (of_film)
     throw InputError("-o " + path, "a film with a number of the frame", "frames/%04d.png or film.mp4");
   files.form = FrameForm::sequence;
   return files;

@@ -10,13 +10,13 @@
 #include "tremula/scene/haze.hpp"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
+#include <limits>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -212,14 +212,15 @@ class FrameWriter {
  public:
   // `stills`: where pictures that are one file go.
   FrameWriter(const std::vector<FrameFiles>& files, const ScenePicture& picture, const ToneMapping& tones,
-              double frames_per_second, Outputs& stills)
+              int frames, double frames_per_second, Outputs& stills)
       : files_(files), denoises_(picture.denoise), tones_(tones), stills_(stills) {
     for (const FrameFiles& each : files) {
       if (each.form != FrameForm::film) continue;
-      films_.push_back(
-          std::make_unique<Film>(each.path, FilmOptions{.width = picture.size.x(),
-                                                        .height = picture.size.y(),
-                                                        .frames_per_second = frames_per_second}));
+      films_.push_back(std::make_unique<Film>(each.path, FilmSettings{.width = picture.size.x(),
+                                                                      .height = picture.size.y(),
+                                                                      .frames = frames,
+                                                                      .frame_rate = frames_per_second,
+                                                                      .crf = {}}));
     }
   }
 
@@ -248,7 +249,7 @@ class FrameWriter {
   }
 
   void finish() {
-    for (const std::unique_ptr<Film>& film : films_) film->commit();
+    for (const std::unique_ptr<Film>& film : films_) film->finish();
   }
 
  private:
@@ -306,7 +307,6 @@ std::vector<FrameFiles> RenderCommand::frame_outputs() const {
                        "frames/%04d.png: what is one file is made whole");
     if (!sheet.empty() && (last.form != FrameForm::still || last.extension != ".png"))
       throw InputError("--sheet", "given with -o " + path, "-o FILE.png");
-    if (last.form == FrameForm::film && !has_ffmpeg()) throw_without_ffmpeg(path);
   }
   return files;
 }
@@ -371,7 +371,8 @@ void RenderCommand::run(const CLI::App& flags) const {
   const Tracer tracer(traced);
   log.begin("frames");
   make_folders(files);
-  FrameWriter writer(files, picture, tones, commands.frames_per_second, stills);
+  FrameWriter writer(files, picture, tones, static_cast<int>(picked.size()), commands.frames_per_second,
+                     stills);
   std::vector<Image> cells;
   std::vector<std::string> labels;
   TraceCounts total;
@@ -437,7 +438,7 @@ Json RenderCommand::report_of(const Scene& scene, const SceneCommands& commands,
           {"samples", picture.samples},
           {"bounces", picture.bounces},
           {"shutter", picture.shutter},
-          {"denoiser", picture.denoise ? Json(denoiser_name()) : Json()},
+          {"denoiser", picture.denoise ? Json(denoiser_name(Denoiser::own)) : Json()},
           {"objects", objects},
           {"instances", moving.instance_count},
           {"triangles", counts.triangles},

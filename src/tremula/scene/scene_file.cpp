@@ -652,6 +652,14 @@ Scene read_text(const std::string& text_of_file, const std::string& name, const 
 
 }  // namespace
 
+bool is_scene_file(const std::string& text) {
+  try {
+    return parse_toml(text, "").contains("objects");
+  } catch (const InputError&) {
+    return false;  // whoever reads it says why
+  }
+}
+
 Scene parse_scene(const std::string& text_of_file, const std::string& name, const SceneVocabulary& known) {
   return with_printable_errors(name, [&] { return read_text(text_of_file, name, known); });
 }

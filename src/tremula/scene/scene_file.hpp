@@ -31,6 +31,9 @@ struct SceneVocabulary {
   std::vector<std::string> presets;  // sources that are no files
 };
 
+// Whether the text of a .toml file is a scene: it has objects.
+bool is_scene_file(const std::string& text);
+
 // Throws InputError that names the file, the line and the column for what is no scene: other keys, with the
 // nearest that there is; values of another kind or out of range; sources that are not there; a camera that is
 // below the ground or looks at itself; more copies than place_objects takes. Settings are known by name and
