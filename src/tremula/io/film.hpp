@@ -6,6 +6,7 @@
 
 #include "tremula/render/image.hpp"
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
