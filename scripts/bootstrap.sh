@@ -14,6 +14,7 @@ packages=(
   g++ cmake ninja-build ca-certificates
   libeigen3-dev libfftw3-dev librandom123-dev libtbb-dev
   libcli11-dev nlohmann-json3-dev zlib1g-dev libmeshoptimizer-dev libstb-dev libtomlplusplus-dev
+  libopenexr-dev
 )
 # A Node.js from elsewhere is as good as the system's, as long as it brings npm.
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
@@ -23,7 +24,7 @@ case $purpose in
   build) ;;
   test)
     packages+=(git python3 libspectra-dev libmatio-dev libgtest-dev libgmock-dev libbenchmark-dev libkissfft-dev)
-    if_there_is=(clang-format-14 chromium)
+    if_there_is=(clang-format-14 chromium ffmpeg)
     npm_omits=()
     ;;
   fuzz) packages+=(clang libclang-rt-dev libspectra-dev libmatio-dev libgtest-dev libgmock-dev) ;;

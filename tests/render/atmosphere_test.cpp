@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 namespace tremula {
 namespace {
@@ -218,6 +220,84 @@ TEST(Atmosphere, SinglyScatteredLightIsThatOfABruteForceIntegration) {
           }
           EXPECT_LT(difference / sum, 0.015) << turbidity << ' ' << sun << ' ' << elevation << ' ' << azimuth;
         }
+      }
+    }
+  }
+}
+
+// Light followed one way at a time (Woodcock tracking) through flat layers of the same air, with all
+// scatterings and the ground's. Irradiance of the ground by the sky, per irradiance above the air on a plane
+// that faces the sun.
+double traced_sky_irradiance(const Air& air, int band, double sun_elevation, double albedo) {
+  std::mt19937 random(3);
+  const auto uniform = [&] { return (random() + 0.5) * 0x1p-32; };
+  const auto around = [&](const Vec3& way, double cosine) -> Vec3 {
+    const Vec3 side = way.unitOrthogonal(), other = way.cross(side);
+    const double turn = 2 * pi * uniform(), sine = std::sqrt(1 - cosine * cosine);
+    return cosine * way + sine * (std::cos(turn) * side + std::sin(turn) * other);
+  };
+  const auto scattered = [&](const Vec3& way, bool molecule) {
+    for (;;) {
+      const double cosine = 2 * uniform() - 1;
+      const double most = molecule ? molecular_phase(1) : aerosol_phase(1);
+      const double phase =
+          molecule ? molecular_phase(static_cast<float>(cosine)) : aerosol_phase(static_cast<float>(cosine));
+      if (uniform() * most < phase) return around(way, cosine);
+    }
+  };
+  const double densest = air.molecules[band] + air.aerosol[band] + air.ozone[band];
+  double sum = 0;
+  constexpr int count = 30'000;
+  for (int i = 0; i < count; ++i) {
+    Vec3 way(std::cos(sun_elevation), 0, -std::sin(sun_elevation));
+    double height = air_height, weight = 1;
+    bool of_the_sky = false;
+    while (weight > 1e-3) {
+      height -= std::log(uniform()) / densest * way.z();
+      if (height > air_height) break;
+      if (height <= 0) {
+        if (of_the_sky) sum += weight;
+        weight *= albedo;
+        height = 0;
+        of_the_sky = true;
+        way = around(Vec3::UnitZ(), std::sqrt(uniform()));
+        continue;
+      }
+      const Column density = density_at(height);
+      const double molecules = air.molecules[band] * density.x(), aerosol = air.aerosol[band] * density.y();
+      double event = uniform() * densest - molecules;
+      if (event < 0) {
+        way = scattered(way, true);
+        of_the_sky = true;
+      } else if ((event -= aerosol) < 0) {
+        weight *= 0.9;
+        way = scattered(way, false);
+        of_the_sky = true;
+      } else if (event - air.ozone[band] * density.z() < 0) {
+        break;
+      }
+    }
+  }
+  return sum / count * std::sin(sun_elevation);
+}
+
+TEST(Atmosphere, AllItsScatteringsMakeTheSkyOfLightTracedOneWayAtATimeToASixth) {
+  for (const double turbidity : {1.0, 3.0}) {
+    const Air air = air_of(turbidity);
+    for (const double degrees : {20.0, 60.0}) {
+      const Atmosphere atmosphere(air, sun_angle_of(degrees), Spectrum::Constant(0.3F));
+      Spectrum found = Spectrum::Zero();
+      constexpr int rings = 12, spokes = 24;
+      for (int ring = 0; ring < rings; ++ring) {
+        for (int spoke = 0; spoke < spokes; ++spoke) {  // of one half
+          const SkyLight light =
+              atmosphere.along(0, std::asin(std::sqrt((ring + 0.5) / rings)), pi * (spoke + 0.5) / spokes);
+          found += (light.single + light.multiple) * static_cast<float>(pi / (rings * spokes));
+        }
+      }
+      for (const int band : {2, 7, 13}) {  // blue, green, red
+        const double wanted = traced_sky_irradiance(air, band, degrees * pi / 180, 0.3);
+        EXPECT_NEAR(found[band] / wanted, 1, 1.0 / 6) << turbidity << ' ' << degrees << ' ' << band;
       }
     }
   }

@@ -27,6 +27,8 @@ class AtomicFile {
   AtomicFile& operator=(const AtomicFile&) = delete;
   void write(std::string_view bytes);
   void commit();
+  // Of the file in the making, for another program to fill in place of write(); -1 for pipes and devices.
+  int descriptor() const { return beside_ ? descriptor_ : -1; }
 
  private:
   friend void commit_together(std::span<AtomicFile* const> files);
