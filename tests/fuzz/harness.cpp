@@ -87,6 +87,16 @@ std::vector<std::string> frame_words() {
       "nan inf { } ''' # 1979-05-27");
 }
 
+std::vector<std::string> scene_words() {
+  return text_words(
+      "[wind] [motion] [ground] [sky] [medium] [camera] [[camera.path]] [picture] [[objects]] "
+      "[[objects.instances]] [[objects.grid]] [[objects.scatter]] = [ ] { } \"oak\" \"random\" source "
+      "position "
+      "turn scale density low high distance inside outside columns rows spacing eye look_at time aperture "
+      "frame "
+      "true false \"\"\" ''' # 1979-05-27");
+}
+
 std::vector<std::string> spectrum_words() {
   return text_words("frequency S_u S_v S_w k1_rad_per_m Fu Fv Fw");
 }
@@ -122,6 +132,7 @@ const std::vector<Harness>& harnesses() {
       {"profile", try_profile, profile_seeds, profile_words()},
       {"motion", try_motion, skeleton_seeds, skeleton_words()},
       {"frame", try_frame, frame_seeds, frame_words()},
+      {"scene", try_scene, scene_seeds, scene_words()},
       {"wind_file", try_wind_file, turbsim_seeds, turbsim_words()},
   };
   return all;

@@ -60,6 +60,7 @@ void try_spectrum(std::string_view bytes);
 void try_profile(std::string_view bytes);
 void try_motion(std::string_view bytes);     // a tree, baked and animated
 void try_frame(std::string_view bytes);      // a frame from TOML, baked and animated
+void try_scene(std::string_view bytes);      // a scene, its copies and its camera
 void try_wind_file(std::string_view bytes);  // a field, measured, and blowing through a tree
 
 std::vector<std::string> swc_seeds();
@@ -69,6 +70,7 @@ std::vector<std::string> table_seeds();
 std::vector<std::string> skeleton_seeds();  // all of the above
 std::vector<std::string> lsystem_seeds();
 std::vector<std::string> frame_seeds();
+std::vector<std::string> scene_seeds();
 std::vector<std::string> turbsim_seeds();
 std::vector<std::string> spectrum_seeds();
 std::vector<std::string> profile_seeds();
