@@ -17,7 +17,8 @@ set(render_headers camera daylight image linear_image render tone_map)
 set(io_headers atomic_file beam_plot contact_sheet frame_file gauge_table gltf gust_table html loop_writers mesh_compression modes_plot pose_table
     profile_table sheet_file skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot
     wind_targets wind_verdict)
-foreach(folder base numerics geometry structure modes wind dynamics deformation render io)
+set(raytrace_headers raytrace)
+foreach(folder base numerics geometry structure modes wind dynamics deformation render raytrace io)
   foreach(header ${${folder}_headers})
     list(APPEND public_headers ${folder}/${header})
   endforeach()
