@@ -18,13 +18,14 @@ packages=(
 )
 # A Node.js from elsewhere is as good as the system's, as long as it brings npm.
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
-if_there_is=()  # tests that want one of these skip and say so where the system has no such package
+# What needs one of these is left out, or skips and says so, where the system has no such package.
+if_there_is=(libembree-dev)
 npm_omits=(--omit=dev)
 case $purpose in
   build) ;;
   test)
     packages+=(git python3 libspectra-dev libmatio-dev libgtest-dev libgmock-dev libbenchmark-dev libkissfft-dev)
-    if_there_is=(clang-format-14 chromium ffmpeg)
+    if_there_is+=(clang-format-14 chromium ffmpeg)
     npm_omits=()
     ;;
   fuzz) packages+=(clang libclang-rt-dev libspectra-dev libmatio-dev libgtest-dev libgmock-dev) ;;
