@@ -221,12 +221,29 @@ std::shared_ptr<const Rig> AnimateCommand::fit_bones(const Subject& subject, con
   return rig;
 }
 
+// The plant that an object of a scene is, where the input is one; else nothing.
+std::unique_ptr<SceneObjectCommand> AnimateCommand::take_from_scene(const CLI::App& flags) {
+  if (!is_scene(plant.input)) {
+    if (!object.empty()) throw InputError("--object", "given with " + plant.input, "a scene (.toml)");
+    return {};
+  }
+  const Scene scene = open_scene(plant.input);
+  auto command = std::make_unique<SceneObjectCommand>(scene, object_of(scene, object), flags);
+  plant = command->plant();
+  return command;
+}
+
 // Whatever the flags and the files they name have wrong is said before the work begins.
 void AnimateCommand::run(const CLI::App& flags) {
   const std::vector<const LoopWriter*> writers = output_writers();
+  const std::string scene_file = plant.input;
+  const std::unique_ptr<SceneObjectCommand> of_scene = take_from_scene(flags);
+  const CLI::App& plant_flags = of_scene ? of_scene->flags() : flags;
+  if (!of_scene) plant.settle(flags);
   check_flags(flags, writers);
-  Outputs files(output_places(), plant.input_places());
-  plant.read_gust(flags);
+  std::vector<Place> inputs = plant.input_places();
+  if (of_scene) inputs.push_back({"SCENE", scene_file});
+  Outputs files(output_places(), inputs);
   const std::vector<NamedWind> clips = parse_clips(clip_texts);
   Conditions conditions = (clips.empty() ? plant : plant.in_wind_of(clips[0].wind_speed)).conditions();
   const int sample_count = conditions.weather.loop.sample_count;
@@ -237,7 +254,7 @@ void AnimateCommand::run(const CLI::App& flags) {
   StageLog log;
   WarningLog warnings;
   const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
-  PreparedPlant prepared = plant.prepare(flags, std::move(conditions), log, warnings);
+  PreparedPlant prepared = plant.prepare(plant_flags, std::move(conditions), log, warnings);
   Weather& weather = prepared.conditions.weather;
   write_options.on_bones = on_bones(flags, prepared.plant);
   weather.gauges = placed_gauges(prepared.plant);

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "clips.hpp"
-#include "plant_in_wind.hpp"
+#include "scene_objects.hpp"
 
 namespace tremula::cli {
 
@@ -48,7 +48,7 @@ struct Done {
 
 struct AnimateCommand {
   PlantInWind plant;
-  std::string report, format;
+  std::string report, format, object;  // of a scene
   std::vector<std::string> outputs, clip_texts;
   bool mean_only = false;
   std::vector<std::string> gauges;
@@ -74,6 +74,7 @@ struct AnimateCommand {
                               const std::vector<const LoopWriter*>& writers, const LoopWriteOptions& options,
                               double model_error, StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
+  std::unique_ptr<SceneObjectCommand> take_from_scene(const CLI::App& flags);
   void run(const CLI::App& flags);
 };
 

@@ -55,7 +55,6 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
        {"--max-joints", "--tolerance", "--clip"}},
   };
   refuse_idle_flags(flags, rules);
-  plant.check(flags);
   for (std::size_t i = 0; i < writers.size() && !clip_texts.empty(); ++i) {
     if (writers[i]->extension != "glb" && writers[i]->extension != "html")
       throw InputError("-o " + outputs[i], "given with --clip", "a .glb or .html: no other output has clips");
@@ -78,11 +77,12 @@ bool AnimateCommand::on_bones(const CLI::App& flags, const Plant& read) const {
 void add_animate(CLI::App& app) {
   auto command = std::make_shared<AnimateCommand>();
   CLI::App& sub = *app.add_subcommand("animate", "A plant in the wind, as a loop that closes exactly");
-  sub.add_option(
-         "INPUT", command->plant.input,
-         "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame or "
-         "a sheet (.toml), or a preset: a plant, on land or in water, or flag, banner, curtain, sail, sign")
+  sub.add_option("INPUT", command->plant.input,
+                 "A tree file (SWC, TreeQSM .mat or text, SimpleForest CSV), an L-system (.lsys), a frame, "
+                 "a sheet or a scene (.toml), or a preset: a plant, on land or in water, or flag, banner, "
+                 "curtain, sail, sign")
       ->required();
+  sub.add_option("--object", command->object, "Which object of a scene (the one there is)");
   sub.add_option(
       "-o,--output", command->outputs,
       "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
@@ -149,10 +149,7 @@ void add_animate(CLI::App& app) {
       "  tremula animate oak --gust squall.csv --from-rest --turbulence-intensity 0.15 -o squall.html\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
-  sub.callback([command, &sub] {
-    command->plant.settle_in(habitat_of(command->plant.input), sub);
-    command->threads.run([&] { command->run(sub); });
-  });
+  sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
 }
 
 }  // namespace tremula::cli

@@ -99,13 +99,12 @@ struct PlantInWind {
 
   // plant_in_wind_flags.cpp. All flags but that of the input.
   void add_to(CLI::App& command);
-  // Throws InputError for flags that would have no effect beside others.
-  void check(const CLI::App& flags) const;
   bool asks_for_turbulence() const;
 
   // plant_weather.cpp
-  void settle_in(const Habitat& habitat, const CLI::App& flags);
-  void read_gust(const CLI::App& flags);
+  // Takes what the plant and the files of the wind say of themselves, once: where it lives, how long a clip
+  // is. Throws as check() does, and for those files.
+  void settle(const CLI::App& flags);
   // The same plant where the wind has another speed [m/s] or goes elsewhere.
   PlantInWind in_wind_of(double wind_speed) const;
   PlantInWind turned_by(double degrees) const;
@@ -129,6 +128,10 @@ struct PlantInWind {
   Poses poses_of(const Plant& plant) const;
 
  private:
+  // Throws InputError for flags that would have no effect beside others.
+  void check(const CLI::App& flags) const;
+  void settle_in(const Habitat& habitat, const CLI::App& flags);
+  void read_gust(const CLI::App& flags);
   double current_under(double wind_speed) const;
   WindFlags flags_of_wind() const;
   ChosenWind chosen_wind() const;

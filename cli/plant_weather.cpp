@@ -37,6 +37,12 @@ OneMinusCosine parse_gust(const std::string& text, const std::string& numbers) {
 
 }  // namespace
 
+void PlantInWind::settle(const CLI::App& flags) {
+  settle_in(habitat_of(input), flags);
+  check(flags);
+  read_gust(flags);
+}
+
 // A plant that lives in water has the wind over it: that makes waves, and drifts the water besides the
 // current that there is anyway. Any other may be put into a current.
 void PlantInWind::settle_in(const Habitat& habitat, const CLI::App& flags) {

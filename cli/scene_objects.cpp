@@ -1,6 +1,7 @@
 #include "scene_objects.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/suggestion.hpp"
 #include "tremula/geometry/plants.hpp"
 #include "tremula/scene/placing.hpp"
 #include "tremula/structure/frame_presets.hpp"
@@ -118,11 +119,7 @@ SceneObjectCommand::SceneObjectCommand(const Scene& scene, const SceneObject& ob
     message = message.substr(0, message.rfind(" (see tremula"));
     throw InputError(with_place(message));
   }
-  at_place([&] {
-    plant_.settle_in(habitat_of(plant_.input), app_);
-    plant_.check(app_);
-    plant_.read_gust(app_);
-  });
+  at_place([&] { plant_.settle(app_); });
 }
 
 // What begins with a flag of the file is said of its key there; all else of the object.
@@ -224,6 +221,19 @@ MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageL
 bool is_scene(const std::string& input) {
   return lower_extension(input) == ".toml" && std::filesystem::exists(input) &&
          is_scene_file(read_file(input, std::size_t{16} << 20));
+}
+
+const SceneObject& object_of(const Scene& scene, const std::string& name) {
+  if (name.empty() && scene.objects.size() == 1) return scene.objects.front();
+  std::vector<std::string> names;
+  std::string list;
+  for (const SceneObject& object : scene.objects) {
+    if (object.name == name) return object;
+    names.push_back(object.name);
+    list += (list.empty() ? "" : ", ") + object.name;
+  }
+  throw InputError("--object", name.empty() ? "not given" : "'" + name + "'",
+                   "one of the objects of the scene: " + list + suggestion(name, names));
 }
 
 Scene open_scene(const std::string& input) {

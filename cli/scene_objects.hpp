@@ -79,5 +79,7 @@ SceneVocabulary scene_vocabulary();
 // INPUT as a scene: that of its file, or of the plant that it names alone.
 Scene open_scene(const std::string& input);
 bool is_scene(const std::string& input);
+// The one of that name; of a scene of one object that one, for no name. Throws InputError.
+const SceneObject& object_of(const Scene& scene, const std::string& name);
 
 }  // namespace tremula::cli
