@@ -37,6 +37,20 @@ TEST(Random, UniformHasTheMomentsOfTheUnitInterval) {
   EXPECT_NEAR(squares / count, 1.0 / 3, 4 * std::sqrt((1.0 / 5 - 1.0 / 9) / count));
 }
 
+TEST(Random, TwoUniformsAreTheOneAndAnotherThatKnowsNothingOfIt) {
+  constexpr int count = 100000;
+  double sum = 0, product = 0;
+  for (int i = 0; i < count; ++i) {
+    const RandomAddress address{1, RandomStream::test, 0, static_cast<std::uint64_t>(i)};
+    const auto [first, second] = two_uniforms(address);
+    ASSERT_EQ(first, uniform(address));
+    sum += second - 0.5;
+    product += (first - 0.5) * (second - 0.5);
+  }
+  EXPECT_NEAR(sum / count, 0, 4 * std::sqrt(1.0 / 12 / count));
+  EXPECT_NEAR(product / count, 0, 4 / (12 * std::sqrt(count)));
+}
+
 TEST(Random, ComplexGaussianHasUnitVarianceAndNoPreferredPhase) {
   constexpr int count = 100000;
   std::complex<double> sum = 0, pseudo = 0;

@@ -53,6 +53,35 @@ TEST(FrameExtent, HoldsTheBoxWithAMarginThatIsReached) {
   }
 }
 
+TEST(FrameExtent, TakesTheMarginAndTheFieldOfViewThatItIsGiven) {
+  const Vec3 low(-1, -2, 0), high(3, 1, 7);
+  const Camera camera = frame_extent(low, high, 0.4, 0.1, 1.5, {.half_height = 0.6, .margin = 0.2});
+  EXPECT_EQ(camera.half_height, 0.6);
+  double top = 1, bottom = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto seen = project(camera, {corner & 1 ? high.x() : low.x(), corner & 2 ? high.y() : low.y(),
+                                       corner & 4 ? high.z() : low.z()});
+    ASSERT_TRUE(seen);
+    top = std::min(top, seen->y());
+    bottom = std::max(bottom, seen->y());
+  }
+  EXPECT_NEAR(bottom - top, 0.6, 1e-9);
+  EXPECT_THROW(frame_extent(low, high, 0, 0, 1, {.half_height = 0}), InputError);
+  EXPECT_THROW(frame_extent(low, high, 0, 0, 1, {.margin = 0.5}), InputError);
+}
+
+TEST(LookAt, HasThePointInTheMiddleAndTheHorizonLevel) {
+  const Camera camera = look_at({5, -3, 2}, {-1, 4, 7}, 1.6, 0.3);
+  EXPECT_LT((*project(camera, {-1, 4, 7}) - Eigen::Vector2d(0.5, 0.5)).norm(), 1e-12);
+  EXPECT_NEAR(camera.right.z(), 0, 1e-15);
+  EXPECT_GT(camera.up.z(), 0);
+  EXPECT_NEAR(camera.right.cross(camera.up).dot(camera.forward), -1, 1e-12) << "as right, up and forward are";
+  EXPECT_EQ(camera.half_height, 0.3);
+  EXPECT_EQ(camera.aspect, 1.6);
+  EXPECT_THROW(look_at({1, 2, 3}, {1, 2, 3}, 1), InputError);
+  EXPECT_THROW(look_at({1, 2, 3}, {1, 2, std::numeric_limits<double>::infinity()}, 1), InputError);
+}
+
 TEST(FrameExtent, LooksFromTheGivenSideAndHeight) {
   const Camera from_x = frame_extent({-1, -1, -1}, {1, 1, 1}, 0, 0, 1);
   EXPECT_GT(from_x.eye.x(), 2);

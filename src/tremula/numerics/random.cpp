@@ -143,6 +143,11 @@ double to_unit_interval(std::uint64_t word) { return static_cast<double>(word >>
 
 double uniform(const RandomAddress& address) { return to_unit_interval(words_at(address).first); }
 
+std::array<double, 2> two_uniforms(const RandomAddress& address) {
+  const Words words = words_at(address);
+  return {to_unit_interval(words.first), to_unit_interval(words.second)};
+}
+
 std::complex<double> complex_gaussian(const RandomAddress& address) {
   const Words words = words_at(address);
   // 1 - u is in (0, 1]: the logarithm is finite. |w|^2 is exponential with mean 1.

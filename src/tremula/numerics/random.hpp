@@ -3,6 +3,7 @@
 // Random123).
 #pragma once
 
+#include <array>
 #include <complex>
 #include <cstddef>
 #include <cstdint>
@@ -37,6 +38,9 @@ constexpr std::uint32_t bin_of_draw(int bin, int draw) {
 
 // Uniform in [0, 1), 53 bits.
 double uniform(const RandomAddress& address);
+
+// Two of one address, for the time of one; the first is uniform(address).
+std::array<double, 2> two_uniforms(const RandomAddress& address);
 
 // Complex Gaussian with E|w|^2 = 1: independent real and imaginary parts of variance 1/2 each.
 std::complex<double> complex_gaussian(const RandomAddress& address);

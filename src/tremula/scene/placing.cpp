@@ -5,6 +5,7 @@
 #include "tremula/numerics/random.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <numbers>
@@ -19,21 +20,20 @@ constexpr std::uint32_t rules_per_object = 4096;
 constexpr double most_covered = 0.45;  // of the field, by discs as wide as the distance
 constexpr std::uint64_t tries = 1000;
 
-// What is drawn for a copy: each has an address of its own.
-enum class Drawn : std::uint64_t { x, y, scale, turn, shift };
+// What is drawn for a copy, two numbers at a time: each pair has an address of its own.
+enum class Drawn : std::uint64_t { place, size_and_turn, shift };
+
+double between(double low, double high, double share) { return low + (high - low) * share; }
 
 // The random numbers of one rule.
 struct Draw {
   std::uint64_t seed = 0;
   std::uint32_t rule = 0;  // of the scene
 
-  double operator()(std::int64_t copy, Drawn what, std::uint64_t again = 0) const {
-    return uniform(
+  std::array<double, 2> operator()(std::int64_t copy, Drawn what, std::uint64_t again = 0) const {
+    return two_uniforms(
         {seed, RandomStream::placing, rule,
-         (again << 32U) + 8 * static_cast<std::uint64_t>(copy) + static_cast<std::uint64_t>(what)});
-  }
-  double between(double low, double high, std::int64_t copy, Drawn what, std::uint64_t again = 0) const {
-    return low == high ? low : low + (high - low) * (*this)(copy, what, again);
+         (again << 32U) + 4 * static_cast<std::uint64_t>(copy) + static_cast<std::uint64_t>(what)});
   }
 };
 
@@ -119,11 +119,17 @@ class Neighbours {
 Instance varied(const Variation& variation, const Draw& draw, std::int64_t copy, const Vec3& position) {
   Instance instance;
   instance.position = position;
-  instance.scale = draw.between(variation.scale[0], variation.scale[1], copy, Drawn::scale);
-  instance.turn = draw.between(variation.turn[0], variation.turn[1], copy, Drawn::turn);
-  instance.time_shift = variation.random_shift > 0 ? draw.between(-variation.random_shift,
-                                                                  variation.random_shift, copy, Drawn::shift)
-                                                   : 0;
+  if (variation.scale[0] != variation.scale[1] || variation.turn[0] != variation.turn[1]) {
+    const auto [size, turn] = draw(copy, Drawn::size_and_turn);
+    instance.scale = between(variation.scale[0], variation.scale[1], size);
+    instance.turn = between(variation.turn[0], variation.turn[1], turn);
+  } else {
+    instance.scale = variation.scale[0];
+    instance.turn = variation.turn[0];
+  }
+  if (variation.random_shift > 0)
+    instance.time_shift =
+        between(-variation.random_shift, variation.random_shift, draw(copy, Drawn::shift)[0]);
   return instance;
 }
 
@@ -131,11 +137,13 @@ void add_grid(const Grid& grid, const Draw& draw, std::vector<Instance>& placed)
   std::int64_t copy = 0;
   for (int row = 0; row < grid.rows; ++row) {
     for (int column = 0; column < grid.columns; ++column, ++copy) {
-      const auto off = [&](Drawn along) {
-        return grid.jitter > 0 ? draw.between(-grid.jitter, grid.jitter, copy, along) : 0;
-      };
-      const Vec3 step((column - 0.5 * (grid.columns - 1) + off(Drawn::x)) * grid.spacing.x(),
-                      (row - 0.5 * (grid.rows - 1) + off(Drawn::y)) * grid.spacing.y(), 0);
+      Eigen::Vector2d off = Eigen::Vector2d::Zero();
+      if (grid.jitter > 0) {
+        const auto [x, y] = draw(copy, Drawn::place);
+        off = {between(-grid.jitter, grid.jitter, x), between(-grid.jitter, grid.jitter, y)};
+      }
+      const Vec3 step((column - 0.5 * (grid.columns - 1) + off.x()) * grid.spacing.x(),
+                      (row - 0.5 * (grid.rows - 1) + off.y()) * grid.spacing.y(), 0);
       placed.push_back(varied(grid, draw, copy, grid.centre + step));
     }
   }
@@ -162,8 +170,9 @@ void add_scatter(const Scatter& scatter, const Draw& draw, const std::vector<std
   }
   for (std::int64_t copy = 0; copy < slots; ++copy) {
     for (std::uint64_t again = 0; again < tries; ++again) {
-      const Eigen::Vector2d point(draw.between(field.min().x(), field.max().x(), copy, Drawn::x, again),
-                                  draw.between(field.min().y(), field.max().y(), copy, Drawn::y, again));
+      const auto [x, y] = draw(copy, Drawn::place, again);
+      const Eigen::Vector2d point(between(field.min().x(), field.max().x(), x),
+                                  between(field.min().y(), field.max().y(), y));
       const bool masked = is_masked(scatter, point);
       if (masked && again == 0) break;
       if (masked || (apart && !neighbours.is_free(point))) continue;
