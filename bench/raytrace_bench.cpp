@@ -1,5 +1,6 @@
 // How fast pictures are traced:
-//   bench_raytrace bound [WIDTH HEIGHT SAMPLES]   the oak; rays a second, beside those of Embree alone, which shoots
+//   bench_raytrace bound [WIDTH HEIGHT SAMPLES]   the oak; rays a second, beside those of Embree alone, which
+//   shoots
 //                                                 the same rays again and shades nothing
 //   bench_raytrace oak [WIDTH HEIGHT SAMPLES]     the oak with motion blur, 960 x 540, 64 samples
 //   bench_raytrace segments                       100 000 pieces of stem, 512 x 512, one sample
@@ -83,12 +84,13 @@ TraceOptions options_of(int count, char** arguments, TraceOptions options) {
 }
 
 void print(const char* what, const TraceCounts& counts, const Stopwatch& watch) {
-  std::printf("%s: %.2f s (build %.2f s), of processors %.2f s; %.1f M rays, %.2f M a processor second; "
-              "%llu triangles, %llu copies, %.0f MB at most\n",
-              what, watch.clock(), counts.seconds_build, watch.processor(), static_cast<double>(counts.rays) * 1e-6,
-              static_cast<double>(counts.rays) * 1e-6 / watch.processor(),
-              static_cast<unsigned long long>(counts.triangles), static_cast<unsigned long long>(counts.instances),
-              largest_megabytes());
+  std::printf(
+      "%s: %.2f s (build %.2f s), of processors %.2f s; %.1f M rays, %.2f M a processor second; "
+      "%llu triangles, %llu copies, %.0f MB at most\n",
+      what, watch.clock(), counts.seconds_build, watch.processor(), static_cast<double>(counts.rays) * 1e-6,
+      static_cast<double>(counts.rays) * 1e-6 / watch.processor(),
+      static_cast<unsigned long long>(counts.triangles), static_cast<unsigned long long>(counts.instances),
+      largest_megabytes());
 }
 
 // On one thread: the rays of the paths, with all that is done between them, and the rays alone.
@@ -99,18 +101,25 @@ void measure_bound(const Loop& loop, const TraceOptions& options) {
   const EmbreeDevice device = make_device();
   std::vector<LoopShape> shapes;
   shapes.push_back(shape_of(scene.loops[0], scene.poses_per_loop));
-  const PosedScene posed(device.get(), shapes, 3, options.shutter);
+  const double as_many_as_in_a_frame = 960.0 * 540 * 64;
+  const PosedScene posed(device.get(), shapes, 3, options.shutter, as_many_as_in_a_frame);
   const Camera camera = camera_of(loop, static_cast<double>(options.width) / options.height);
   std::vector<ShotRay> shot;
   const auto trace_all = [&](std::vector<ShotRay>* log) {
-    const PathSettings path{posed, far_light, scene.ground, options.bounces,
-                            static_cast<float>(2 * camera.half_height / options.height), log};
+    const PathSettings path{posed,
+                            far_light,
+                            scene.ground,
+                            options.bounces,
+                            static_cast<float>(2 * camera.half_height / options.height),
+                            log};
     std::uint64_t rays = 0;
     for (int i = 0; i < options.width * options.height; ++i) {
       for (int s = 0; s < options.samples; ++s) {
         Sampler sampler(1, static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(s));
-        const double x = (i % options.width + 0.5) / options.width, y = (i / options.width + 0.5) / options.height;
-        const Vec3 towards = camera.forward + (2 * x - 1) * camera.half_height * camera.aspect * camera.right +
+        const double x = (i % options.width + 0.5) / options.width,
+                     y = (i / options.width + 0.5) / options.height;
+        const Vec3 towards = camera.forward +
+                             (2 * x - 1) * camera.half_height * camera.aspect * camera.right +
                              (1 - 2 * y) * camera.half_height * camera.up;
         Ray ray{camera.eye.cast<float>(), towards.normalized().cast<float>()};
         ray.time = sampler.one();
@@ -131,13 +140,14 @@ void measure_bound(const Loop& loop, const TraceOptions& options) {
   }
   const double bound = bare.processor();
   const auto any = std::count_if(shot.begin(), shot.end(), [](const ShotRay& each) { return each.any; });
-  std::printf("shutter %.3g s: %.2f M rays (%.0f %% of them shadows, %.0f %% met something) a thread: ours %.2f M/s, "
-              "Embree alone %.2f M/s: %.0f %% of it\n",
-              options.shutter, static_cast<double>(rays) * 1e-6,
-              100 * static_cast<double>(any) / static_cast<double>(shot.size()),
-              100 * static_cast<double>(met) / static_cast<double>(shot.size()),
-              static_cast<double>(rays) * 1e-6 / seconds, static_cast<double>(rays) * 1e-6 / bound,
-              100 * bound / seconds);
+  std::printf(
+      "shutter %.3g s: %.2f M rays (%.0f %% of them shadows, %.0f %% met something) a thread: ours %.2f M/s, "
+      "Embree alone %.2f M/s: %.0f %% of it\n",
+      options.shutter, static_cast<double>(rays) * 1e-6,
+      100 * static_cast<double>(any) / static_cast<double>(shot.size()),
+      100 * static_cast<double>(met) / static_cast<double>(shot.size()),
+      static_cast<double>(rays) * 1e-6 / seconds, static_cast<double>(rays) * 1e-6 / bound,
+      100 * bound / seconds);
 }
 
 void measure_oak(const TraceOptions& options) {
@@ -173,7 +183,8 @@ void measure_segments() {
   Loop loop;
   loop.period = 1;
   loop.coordinates = Eigen::MatrixXd::Zero(2, 1);
-  loop.rest = std::make_shared<const Surface>(mesh_surface(skeleton, {.max_sides = 6, .bend_subdivisions = 0}));
+  loop.rest =
+      std::make_shared<const Surface>(mesh_surface(skeleton, {.max_sides = 6, .bend_subdivisions = 0}));
   loop.skin_at = [vertices = loop.rest->vertex_count()](double) {
     return SurfaceDelta{std::vector<Vector3f>(vertices, Vector3f::Zero()),
                         std::vector<Vector3f>(vertices, Vector3f::Zero())};
@@ -185,8 +196,8 @@ void measure_segments() {
   for (const int bounces : {1, 6}) {
     TraceCounts counts;
     const Stopwatch watch;
-    tracer.trace([&](double) { return camera; }, 0, {.width = 512, .height = 512, .samples = 1, .bounces = bounces},
-                 {}, &counts);
+    tracer.trace([&](double) { return camera; }, 0,
+                 {.width = 512, .height = 512, .samples = 1, .bounces = bounces}, {}, &counts);
     print(("100 000 pieces, " + std::to_string(bounces) + " bounces").c_str(), counts, watch);
   }
 }
@@ -197,10 +208,11 @@ void measure_forest(int copies, int poses) {
   loop.instances.clear();
   for (int i = 0; i < copies; ++i) {
     const auto part = [&](double irrational) { return std::fmod(irrational * i, 1); };
-    loop.instances.push_back({.position = {side * (part(0.7548776662) - 0.5), side * (part(0.5698402910) - 0.5), 0},
-                              .turn = 6.283185 * part(0.618034),
-                              .scale = 0.7 + 0.6 * part(0.381966),
-                              .time_shift = loop.period * part(0.324718)});
+    loop.instances.push_back(
+        {.position = {side * (part(0.7548776662) - 0.5), side * (part(0.5698402910) - 0.5), 0},
+         .turn = 6.283185 * part(0.618034),
+         .scale = 0.7 + 0.6 * part(0.381966),
+         .time_shift = loop.period * part(0.324718)});
   }
   TraceScene scene;
   scene.loops = {std::make_shared<const Loop>(loop)};
@@ -214,8 +226,8 @@ void measure_forest(int copies, int poses) {
   std::printf("scene of %d copies taken in %.2f s\n", copies, loading.clock());
   TraceCounts counts;
   const Stopwatch watch;
-  tracer.trace([&](double) { return camera; }, 3, {.width = 480, .height = 270, .samples = 4, .shutter = 1.0 / 60},
-               {}, &counts);
+  tracer.trace([&](double) { return camera; }, 3,
+               {.width = 480, .height = 270, .samples = 4, .shutter = 1.0 / 60}, {}, &counts);
   print("forest", counts, watch);
 }
 
@@ -226,7 +238,8 @@ int main(int count, char** arguments) {
   if (what == "bound") {
     const Loop loop = loop_in_wind("oak", 20);
     for (const double shutter : {0.0, 1.0 / 60}) {
-      measure_bound(loop, options_of(count, arguments, {.width = 480, .height = 270, .samples = 4, .shutter = shutter}));
+      measure_bound(loop, options_of(count, arguments,
+                                     {.width = 480, .height = 270, .samples = 4, .shutter = shutter}));
     }
   } else if (what == "oak") {
     measure_oak(options_of(count, arguments, {.shutter = 1.0 / 60}));
@@ -235,7 +248,8 @@ int main(int count, char** arguments) {
   } else if (what == "forest") {
     measure_forest(count > 2 ? std::atoi(arguments[2]) : 10000, count > 3 ? std::atoi(arguments[3]) : 24);
   } else {
-    std::fprintf(stderr, "bench_raytrace: '%s' is nothing to measure; bound, oak, segments and forest are\n", what.c_str());
+    std::fprintf(stderr, "bench_raytrace: '%s' is nothing to measure; bound, oak, segments and forest are\n",
+                 what.c_str());
     return 2;
   }
   return 0;

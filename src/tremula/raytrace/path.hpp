@@ -24,7 +24,7 @@ struct PathSettings {
   const FarLight& far_light;
   const GroundLook& ground;
   int bounces = 6;
-  float pixel = 0.001F;                 // its size at distance 1
+  float pixel = 0.001F;                  // its size at distance 1
   std::vector<ShotRay>* shot = nullptr;  // takes all rays, where there is one; from one thread
 };
 
