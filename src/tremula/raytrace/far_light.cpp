@@ -1,5 +1,6 @@
 #include "tremula/raytrace/far_light.hpp"
 
+#include "tremula/render/noise.hpp"
 #include "tremula/render/patterns.hpp"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ using Eigen::Vector3f;
 constexpr float pi = std::numbers::pi_v<float>;
 
 // What clear coastal water takes away and scatters [1/m]: red first (Jerlov's types between I and 1).
-const Rgb water_extinction(0.30F, 0.075F, 0.060F);
+const Rgb water_extinction(0.25F, 0.055F, 0.042F);
 constexpr float refractive_index = 1.33F;
 
 }  // namespace
@@ -42,7 +43,7 @@ FarLight::FarLight(const TraceScene& scene) : extinction_(scene.haze.extinction)
   hazy_ = extinction_.maxCoeff() > 0;
   for (int i = 0; i <= directions; ++i) {
     const float angle = 2 * pi * static_cast<float>(i) / directions - pi;
-    constexpr float above = 0.03F;
+    constexpr float above = 0.003F;
     horizon_[static_cast<std::size_t>(i)] =
         daylight_->sky(Vector3f(std::cos(angle), std::sin(angle), above).normalized());
   }
@@ -56,6 +57,20 @@ Rgb FarLight::sky(const Vector3f& direction) const {
 Rgb FarLight::disc(const Vector3f& direction) const {
   if (water_ || !has_sun() || direction.dot(axes_.z) < cosine_) return Rgb::Zero();
   return sun_ / (2 * pi * (1 - cosine_));
+}
+
+// Bright lines where waves bend light together, painted: about 1 on average.
+Rgb FarLight::sun_at(const Vector3f& point) const {
+  if (!water_) return sun_;
+  const Eigen::Vector2f at =
+      (point.head<2>() - point.z() / axes_.z.z() * axes_.z.head<2>()).cwiseMax(-1e6F).cwiseMin(1e6F);
+  const float warp = noise(0.8F * at.x(), 0.8F * at.y(), 0, 51);
+  const auto lines = [&](float per_metre, std::uint32_t seed) {
+    const float ridge =
+        1 - std::abs(2 * noise(per_metre * at.x() + 2 * warp, per_metre * at.y() - warp, 0, seed) - 1);
+    return ridge * ridge * ridge * ridge;
+  };
+  return (0.35F + lines(1.7F, 52) + lines(2.9F, 53)) * sun_;
 }
 
 Rgb FarLight::passed(float distance) const { return (-distance * extinction_).array().exp().matrix(); }

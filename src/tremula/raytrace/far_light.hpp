@@ -18,7 +18,8 @@ class FarLight {
   bool sampled() const { return daylight_.has_value() && !water_; }  // worth asking for directions
   Rgb sky(const Eigen::Vector3f& direction) const;                   // radiance, without the sun's disc
   Rgb disc(const Eigen::Vector3f& direction) const;                  // radiance of the sun's disc
-  const Rgb& sun() const { return sun_; }                            // irradiance on a plane that faces it
+  Rgb sun_at(
+      const Eigen::Vector3f& point) const;  // irradiance on a plane that faces it; waves gather it in water
   Eigen::Vector3f to_sun(const Eigen::Vector2f& random) const { return to_cone(random, axes_, cosine_); }
   Eigen::Vector3f sample_sky(const Eigen::Vector2f& random, float& density) const {
     return daylight_->sample_sky(random, density);

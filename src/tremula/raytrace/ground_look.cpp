@@ -36,14 +36,14 @@ Vector3f tilted(const Vector2f& place, float footprint, const Height& height) {
 // Short grass: meadow with drier patches, tufts, blades.
 PatternSpot grass(const Rgb& mean, const Vector2f& place, float footprint) {
   const Layers layer{place, footprint};
-  const float dry = 1.1F * layer(0.06F, 11) + 0.8F * layer(0.33F, 12) + 0.5F * layer(1.7F, 13);
-  const float tufts = 0.7F * layer(0.9F, 14) + 0.8F * layer(6, 15) + 0.8F * layer(17, 16);
+  const float dry = 0.7F * layer(0.05F, 11) + 0.6F * layer(0.29F, 12) + 0.5F * layer(1.7F, 13);
+  const float tufts = 0.5F * layer(0.9F, 14) + 0.8F * layer(6, 15) + 0.9F * layer(17, 16);
   const float blades = layer(70, 17) + 0.9F * layer(210, 18);
-  const Rgb albedo = mean.cwiseProduct(Rgb(1 + 0.75F * dry, 1 + 0.25F * dry, 1 + 0.3F * dry)) *
-                     std::max(0.15F, 1 + 0.45F * tufts + 0.55F * blades);
+  const Rgb albedo = mean.cwiseProduct(Rgb(1 + 0.6F * dry, 1 + 0.2F * dry, 1 + 0.35F * dry)) *
+                     std::max(0.15F, 1 + 0.45F * tufts + 0.6F * blades);
   const auto height = [&](const Vector2f& at) {
     const Layers rise{at, footprint};
-    return 0.09F * rise(1.3F, 14) + 0.035F * rise(6, 15) + 0.014F * rise(17, 16) + 0.003F * rise(70, 17);
+    return 0.06F * rise(1.3F, 19) + 0.03F * rise(6, 15) + 0.016F * rise(17, 16) + 0.003F * rise(70, 17);
   };
   return {albedo, tilted(place, footprint, height)};
 }
@@ -89,7 +89,7 @@ PatternSpot snow(const Rgb& mean, const Vector2f& place, float footprint) {
 Rgb ground_color_of(const GroundLook& ground) {
   switch (ground.kind) {
     case GroundKind::grass:
-      return {0.085F, 0.125F, 0.034F};
+      return {0.090F, 0.122F, 0.038F};
     case GroundKind::soil:
       return {0.15F, 0.105F, 0.07F};
     case GroundKind::sand:

@@ -40,11 +40,14 @@ Rgb tinted(const Rgb& color, std::uint32_t copy) {
   return bright * color.cwiseProduct(Rgb(1 + 0.3F * warm, 1, 1 - 0.2F * warm));
 }
 
+// Leaves in the sun are paler than their colour in the shade of others, and let more light through than they
+// reflect.
 void scatter_as_leaf(const PathSettings& settings, const Spot& spot, bool from_behind, Scattering& to) {
-  const Rgb color = settings.scene.copy_count() > 1 ? tinted(spot.part->color, spot.copy) : spot.part->color;
+  constexpr float paler = 0.08F, through = 1.3F, most = 0.98F;
+  Rgb color = settings.scene.copy_count() > 1 ? tinted(spot.part->color, spot.copy) : spot.part->color;
+  color += paler * (Rgb::Constant(color.mean()) - color);
   to.reflected = leaf_pattern(color, spot.uv, spot.piece, from_behind);
-  to.transmitted = light_through_leaf(to.reflected);
-  constexpr float most = 0.98F;
+  to.transmitted = through * light_through_leaf(to.reflected);
   const float largest = (to.reflected + to.transmitted).maxCoeff();
   if (largest > most) {
     to.reflected *= most / largest;
@@ -163,8 +166,9 @@ class Path {
       return vertex_of(settings_, spot, to_eye, depth == 0 ? across : flat_footprint);
     }
     const Vector3f point = ray_.origin + distance * ray_.direction;
-    constexpr float flattest = 0.01F;
-    const float stretched = across / std::max(to_eye.z(), flattest);
+    // A pixel is longer on the ground than wide; samples average what is between.
+    constexpr float longest = 6;
+    const float stretched = across * std::min(1 / std::max(to_eye.z(), 1e-3F), longest);
     return vertex_of(settings_.ground, point, to_eye,
                      depth == 0 ? std::sqrt(across * stretched) : flat_footprint);
   }
@@ -195,7 +199,7 @@ class Path {
     const Vector3f to_sun = from.to_sun(sampler_.pair());
     float density = 0;
     const Rgb value = scattered(vertex.scattering, to_eye, to_sun, density);
-    if (value.maxCoeff() > 0 && sees(vertex, to_sun)) add(value.cwiseProduct(from.sun()));
+    if (value.maxCoeff() > 0 && sees(vertex, to_sun)) add(value.cwiseProduct(from.sun_at(vertex.front)));
   }
 
   void ask_sky(const Vertex& vertex, const Vector3f& to_eye) {

@@ -72,8 +72,10 @@ struct Spot {
 
 class PosedScene {
  public:
-  // Throws Error where Embree has no memory left, and where a loop gives numbers that are none.
-  PosedScene(RTCDevice device, const std::vector<LoopShape>& shapes, double time, double shutter);
+  // `path_count`: how many paths will be followed in it. Throws Error where Embree has no memory left, and
+  // where a loop gives numbers that are none.
+  PosedScene(RTCDevice device, const std::vector<LoopShape>& shapes, double time, double shutter,
+             double path_count);
 
   Hit closest(const Ray& ray, float farthest) const;
   bool blocked(const Ray& ray, float farthest) const;
@@ -102,7 +104,7 @@ class PosedScene {
       return {cosine * v.x() - sine * v.y(), sine * v.x() + cosine * v.y(), v.z()};
     }
   };
-  void build(RTCDevice device, const std::vector<LoopShape>& shapes);
+  void build(RTCDevice device, const std::vector<LoopShape>& shapes, bool many_rays);
 
   std::vector<Pose> poses_;
   std::vector<Copy> copies_;

@@ -218,7 +218,8 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
   check_number("time of the picture", time, true, "a finite time [s]");
   const std::vector<Camera> cameras = cameras_within(camera, time, options.shutter, impl_->scene.ground);
   const Clock::time_point start = Clock::now();
-  const PosedScene posed(impl_->device.get(), impl_->shapes, time, options.shutter);
+  const double paths = static_cast<double>(options.width) * options.height * options.samples;
+  const PosedScene posed(impl_->device.get(), impl_->shapes, time, options.shutter, paths);
   const double built = seconds_since(start);
 
   TracedImage image;
