@@ -1,10 +1,10 @@
 // tremula check: is this scene right?
 
 #include "tremula/base/error.hpp"
-#include "tremula/scene/placing.hpp"
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "commands.hpp"
 #include "scene_objects.hpp"
@@ -26,15 +26,17 @@ struct CheckCommand {
     if (input.empty()) throw InputError("check", "no scene", "a file such as scene.toml");
     const Scene scene = read_scene(input, scene_vocabulary());
     const CLI::App no_flags;
-    const SceneCommands commands = commands_of(scene, no_flags);
-    std::string text =
-        input + printed(": %zu object%s\n", scene.objects.size(), scene.objects.size() == 1 ? "" : "s");
+    const SceneCommands commands = commands_of(scene, CLI::App());
+    const std::vector<std::vector<Instance>> copies = copies_of(scene, commands);
+    std::string text = input + ":\n";
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
       const SceneObjectCommand& object = *commands.objects[i];
-      const Plant plant = object.at_place([&] { return object.plant().open(); });
-      text +=
-          "  " + scene.objects[i].name + ": " + plant.kind() + " from " + scene.objects[i].source +
-          printed(", about %lld copies\n", static_cast<long long>(count_instances(scene.objects[i].crowd)));
+      const Plant plant = object.at_place([&] {
+        object.plant().structure.options();
+        return object.plant().open();
+      });
+      text += "  " + scene.objects[i].name + ": " + plant.kind() + " from " + scene.objects[i].source +
+              printed(", %zu cop%s\n", copies[i].size(), copies[i].size() == 1 ? "y" : "ies");
     }
     text += printed("  wind %.3g m/s towards %.3g degrees; %d frames of %.4g s\n", commands.wind.speed,
                     commands.wind.heading, commands.loop.sample_count, commands.loop.period);

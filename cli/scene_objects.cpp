@@ -124,10 +124,11 @@ SceneObjectCommand::SceneObjectCommand(const Scene& scene, const SceneObject& ob
 
 // What begins with a flag of the file is said of its key there; all else of the object.
 std::string SceneObjectCommand::with_place(const std::string& message) const {
-  const std::string flag = message.substr(0, message.find_first_of(": "));
+  const std::string named = message.substr(0, message.find_first_of(": "));
+  const std::string flag = named.starts_with("--") ? named : flag_of(named);
   const auto at = places_.find(flag);
   if (at != places_.end() && at->second.line > 0)
-    return text_of(at->second) + ": " + key_of(flag) + message.substr(flag.size());
+    return text_of(at->second) + ": " + key_of(flag) + message.substr(named.size());
   return place_.line > 0 ? text_of(place_) + ": " + message : message;
 }
 
@@ -203,12 +204,14 @@ std::vector<Place> SceneCommands::input_places() const {
   return places;
 }
 
+std::vector<std::vector<Instance>> copies_of(const Scene& scene, const SceneCommands& commands) {
+  const Vec3 advection = commands.is_clip ? Vec3::Zero() : mean_wind_of(commands.wind);
+  return place_objects(scene.objects, advection, commands.is_clip ? 0 : commands.loop.period);
+}
+
 MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageLog& log,
                        WarningLog& warnings) {
-  const bool repeats = !commands.is_clip;
-  std::vector<std::vector<Instance>> copies =
-      place_objects(scene.objects, repeats ? mean_wind_of(commands.wind) : Vec3::Zero(),
-                    repeats ? commands.loop.period : 0);
+  std::vector<std::vector<Instance>> copies = copies_of(scene, commands);
   MovingScene moving;
   for (std::size_t i = 0; i < copies.size(); ++i) {
     moving.instance_count += copies[i].size();

@@ -63,6 +63,9 @@ struct SceneCommands {
 };
 SceneCommands commands_of(const Scene& scene, const CLI::App& line);
 
+// Where and when the copies of every object stand.
+std::vector<std::vector<Instance>> copies_of(const Scene& scene, const SceneCommands& commands);
+
 // The loops of every object, in their order.
 struct MovingScene {
   std::vector<SharedLoops> objects;

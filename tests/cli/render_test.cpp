@@ -246,7 +246,6 @@ TEST_F(Scene, CheckSaysWhatIsInIt) {
   write_scene("[[objects.grid]]\ncolumns = 3\nrows = 2\nspacing = 4\n");
   const Outcome outcome = run(folder, "check s.toml");
   EXPECT_EQ(outcome.code, 0) << outcome.messages;
-  EXPECT_THAT(outcome.output, HasSubstr("1 object"));
   EXPECT_THAT(outcome.output, HasSubstr("tree: a tree from sapling, 6 copies"));
   EXPECT_THAT(run(folder, "check --keys").output, HasSubstr("wind_speed"));
 }
@@ -277,11 +276,13 @@ std::vector<std::string> scene_names() {
   return names;
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SceneOfTheProject, testing::ValuesIn(scene_names()), [](const auto& info) {
-  std::string name = info.param;
+std::string name_of(const testing::TestParamInfo<std::string>& scene) {
+  std::string name = scene.param;
   std::ranges::replace(name, '-', '_');
   return name;
-});
+}
+
+INSTANTIATE_TEST_SUITE_P(All, SceneOfTheProject, testing::ValuesIn(scene_names()), name_of);
 
 }  // namespace
 }  // namespace tremula
