@@ -230,7 +230,7 @@ TEST(SceneFile, TakesFilesFromItsOwnFolder) {
 
 TEST(SceneFile, IsRefusedWhereItIsTooLarge) {
   const test::TemporaryFolder folder;
-  std::ofstream(folder / "large.toml") << std::string((std::size_t{16} << 20) + 1, '#');
+  std::ofstream(folder / "large.toml") << std::string((std::size_t{8} << 20) + 1, '#');
   EXPECT_THAT(test::complaint_of([&] { read_scene(folder / "large.toml", test::vocabulary()); }),
               HasSubstr("large.toml"));
   EXPECT_NE(test::complaint_of([&] { read_scene(folder / "none.toml", test::vocabulary()); }), "");

@@ -20,7 +20,7 @@
 namespace tremula {
 namespace {
 
-constexpr std::size_t largest_file = std::size_t{16} << 20;
+constexpr std::size_t largest_file = std::size_t{8} << 20;
 constexpr std::size_t most_objects = 1000, most_rules = 1000, most_corners = 10'000, most_path_keys = 10'000;
 constexpr std::size_t longest_name = 100;
 
