@@ -15,14 +15,15 @@ enum class Denoiser {
 
 bool has_open_image_denoise();
 
-// "À-Trous wavelets of tremula", "Open Image Denoise 2.1.0": with what denoise works, for reports.
+// "non-local means of tremula", "Open Image Denoise 2.1.0": with what denoise works, for reports.
 std::string denoiser_name(Denoiser denoiser);
 
-// The light, with less noise. Our own: edge-avoiding À-Trous wavelets (Dammertz et al. 2010) on the light
-// divided by the albedo, so that textures stay. Pixels count for each other as far as normals and albedo are
-// alike and the light differs by no more than its noise, which is estimated from the picture. The same bytes
-// on any number of threads. What is not finite becomes finite. Throws InputError unless light, albedo and
-// normal are images of one size, and Error where the denoiser that was asked for is not there or fails.
+// The light, with less noise. Our own: non-local means (Rousselle et al. 2012 and 2013) on the light divided
+// by the albedo, so that textures stay. Pixels count for each other as far as normals and albedo are alike
+// and the light around them differs by no more than its noise. That is known from half of the samples;
+// without them it is estimated from the picture, which takes leaves and their shadows for noise too. The same
+// bytes on any number of threads. What is not finite becomes finite. Throws InputError unless the images of
+// what was traced are of one size, and Error where the denoiser that was asked for is not there or fails.
 LinearImage denoise(const TracedImage& traced, Denoiser denoiser = Denoiser::own);
 
 }  // namespace tremula

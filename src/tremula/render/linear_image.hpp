@@ -26,9 +26,10 @@ void check_all_pixels(const LinearImage& image);
 
 // What a path tracer knows of a picture besides its light: what guides a denoiser.
 struct TracedImage {
-  LinearImage light;   // radiance
-  LinearImage albedo;  // 0–1, of what is seen first; the sky's is 1
-  LinearImage normal;  // unit, of what is seen first; 0 for the sky
+  LinearImage light;      // radiance
+  LinearImage albedo;     // 0–1, of what is seen first; the sky's is 1
+  LinearImage normal;     // unit, of what is seen first; 0 for the sky
+  LinearImage half = {};  // light of every second sample, from which the noise is known; or empty
 };
 
 }  // namespace tremula
