@@ -3,12 +3,14 @@
 #include "raytrace/simple_scenes.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/raytrace/grass.hpp"
 #include "tremula/raytrace/posed_scene.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <map>
 
 #include <tbb/global_control.h>
 
@@ -216,6 +218,9 @@ TEST(Tracer, RefusesWhatItCannotTrace) {
   scene = wood();
   scene.ground.color[2] = 2;
   fails("colour of the ground", scene, {});
+  scene = wood();
+  scene.ground.grass_height = 1.5;
+  fails("height of the grass: 1.5", scene, {});
   scene = in_uniform_sky({nullptr});
   fails("loops of the scene", scene, {});
   scene = in_uniform_sky({loop_of(Surface{})});
@@ -241,6 +246,46 @@ TEST(Poses, KeepTimeShiftsWhileTheyAreFewAndElseRoundThemToPartsOfThePeriod) {
         std::remainder(rounded.shifts[rounded.pose_of_copy[i]] - loop->instances[i].time_shift, 2.0);
     EXPECT_LE(std::abs(off), 2.0 / 3 / 2 + 1e-12);
   }
+}
+
+// Tiles of two cameras that see the same ground.
+TEST(Grass, StandsWhereItStoodWhenTheCameraMoves) {
+  const GroundLook ground{.kind = GroundKind::grass, .grass_height = 0.1};
+  const auto tiles = grass_tiles(ground.grass_height);
+  const auto turns = [&](const Camera& camera) {
+    std::map<std::pair<double, double>, double> found;
+    for (const LoopShape& shape : grass_before(camera, ground, tiles)) {
+      for (const Instance& each : shape.loop->instances)
+        EXPECT_TRUE(found.emplace(std::pair(each.position.x(), each.position.y()), each.turn).second);
+    }
+    return found;
+  };
+  const auto here = turns(look({0, 0, 1.5}, {5, 0, 1})), there = turns(look({0.7, 2, 1.5}, {5, 3, 1}));
+  int both = 0;
+  for (const auto& [place, turn] : here) {
+    const auto same = there.find(place);
+    if (same == there.end()) continue;
+    EXPECT_EQ(same->second, turn);
+    ++both;
+  }
+  EXPECT_GT(both, 500);
+}
+
+TEST(Grass, IsOfAboutTheColourOfTheGroundItStandsOn) {
+  TraceScene scene = in_uniform_sky({});
+  scene.ground.kind = GroundKind::grass;
+  const Camera camera = look({0, 0, 1.6}, {6, 0, 0}, 0.2, 2);
+  const TraceOptions options{.width = 48, .height = 24, .samples = 64};
+  const Eigen::Vector3d flat = mean_of(picture(scene, camera, options).albedo);
+  scene.ground.grass_height = 0.12;
+  TraceCounts counts;
+  const TracedImage seen = Tracer(scene).trace([&](double) { return camera; }, 0, options, {}, &counts);
+  EXPECT_GT(counts.instances, 100U);
+  const Eigen::Vector3d blades = mean_of(seen.light);
+  EXPECT_GT(blades.minCoeff() / flat.minCoeff(), 0.5);
+  EXPECT_LT(blades[1], 1.3 * flat[1]);
+  EXPECT_GT(blades[1], blades[0]);
+  EXPECT_GT(blades[0], blades[2]);
 }
 
 TEST(Ground, IsSeenFromAboveAloneAndHidesWhatIsBelow) {

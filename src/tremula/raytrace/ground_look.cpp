@@ -41,6 +41,8 @@ PatternSpot grass(const Rgb& mean, const Vector2f& place, float footprint) {
   const float blades = layer(70, 17) + 0.9F * layer(210, 18);
   const Rgb albedo = mean.cwiseProduct(Rgb(1 + 0.6F * dry, 1 + 0.2F * dry, 1 + 0.35F * dry)) *
                      std::max(0.15F, 1 + 0.45F * tufts + 0.6F * blades);
+  constexpr float flat = 0.3F;
+  if (footprint > flat) return {albedo, Vector3f::UnitZ()};
   const auto height = [&](const Vector2f& at) {
     const Layers rise{at, footprint};
     return 0.06F * rise(1.3F, 19) + 0.03F * rise(6, 15) + 0.016F * rise(17, 16) + 0.003F * rise(70, 17);
@@ -106,6 +108,8 @@ Rgb ground_color_of(const GroundLook& ground) {
 
 PatternSpot ground_pattern(const GroundLook& ground, const Vector2f& place, float footprint) {
   const Rgb mean = ground_color_of(ground);
+  constexpr float plain = 100;
+  if (footprint > plain) return {mean, Vector3f::UnitZ()};
   switch (ground.kind) {
     case GroundKind::grass:
       return grass(mean, place, footprint);

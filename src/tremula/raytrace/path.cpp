@@ -55,6 +55,14 @@ void scatter_as_leaf(const PathSettings& settings, const Spot& spot, bool from_b
   }
 }
 
+// Blades of grass have the colours of the ground they stand on, which fade into each other far away.
+void scatter_as_blade(const GroundLook& ground, const Spot& spot, bool from_behind, Scattering& to) {
+  constexpr float patches = 0.4F;  // [m] what is finer the blades do themselves
+  const Rgb color = ground_pattern(ground, spot.point.head<2>(), patches).albedo;
+  to.reflected = leaf_pattern(color, spot.uv, spot.piece, from_behind).cwiseMin(0.45F);
+  to.transmitted = light_through_leaf(to.reflected);
+}
+
 void scatter_as_cloth(const Rgb& color, Scattering& to) {
   constexpr float through = 0.3F;
   to.reflected = (1 - through) * color;
@@ -73,6 +81,9 @@ Vertex vertex_of(const PathSettings& settings, const Spot& spot, const Vector3f&
   switch (part.kind) {
     case PartLook::Kind::leaf:
       scatter_as_leaf(settings, spot, from_behind, to);
+      break;
+    case PartLook::Kind::blade:
+      scatter_as_blade(settings.ground, spot, from_behind, to);
       break;
     case PartLook::Kind::cloth:
       scatter_as_cloth(part.color, to);

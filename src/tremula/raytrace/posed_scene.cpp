@@ -32,6 +32,8 @@ PartLook look_of(const SurfacePart& part) {
     look.kind = PartLook::Kind::bark;
   } else if (leaf) {
     look.kind = PartLook::Kind::leaf;
+  } else if (material.name == "blade") {
+    look.kind = PartLook::Kind::blade;
   } else if (material.two_sided && material.name != "panel") {
     look.kind = PartLook::Kind::cloth;
   }
@@ -90,8 +92,8 @@ Vector3f placed(const Instance& copy, const Vector3f& point) {
 }
 
 int steps_of(const Loop& loop, double shutter) {
-  if (!(shutter > 0)) return 1;
-  const double rate = loop.period > 0 && loop.sample_count() > 0 ? loop.sample_count() / loop.period : 30;
+  if (!(shutter > 0) || loop.sample_count() == 0) return 1;  // no sample: it never moves
+  const double rate = loop.period > 0 ? loop.sample_count() / loop.period : 30;
   return 1 + static_cast<int>(std::clamp(std::ceil(shutter * rate - 1e-6), 1.0, most_steps - 1.0));
 }
 
@@ -137,22 +139,22 @@ EmbreeDevice make_device() {
   return device;
 }
 
-PosedScene::PosedScene(RTCDevice device, const std::vector<LoopShape>& shapes, double time, double shutter,
-                       double path_count) {
-  for (const LoopShape& shape : shapes) {
+PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& shapes, double time,
+                       double shutter, double path_count) {
+  for (const LoopShape* shape : shapes) {
     const std::size_t first = poses_.size();
-    for (const double shift : shape.shifts) {
+    for (const double shift : shape->shifts) {
       Pose pose;
-      pose.shape = &shape;
+      pose.shape = shape;
       pose.shift = time + shift;
-      pose.steps.resize(index_of(steps_of(*shape.loop, shutter)));
+      pose.steps.resize(index_of(steps_of(*shape->loop, shutter)));
       poses_.push_back(std::move(pose));
     }
-    std::vector<std::uint32_t> copies(shape.shifts.size(), 0);
-    for (const std::uint32_t pose : shape.pose_of_copy) ++copies[pose];
-    for (std::size_t i = 0; i < shape.pose_of_copy.size(); ++i) {
-      const std::uint32_t pose = shape.pose_of_copy[i];
-      if (copies[pose] == 1) poses_[first + pose].only_copy = &shape.loop->instances[i];
+    std::vector<std::uint32_t> copies(shape->shifts.size(), 0);
+    for (const std::uint32_t pose : shape->pose_of_copy) ++copies[pose];
+    for (std::size_t i = 0; i < shape->pose_of_copy.size(); ++i) {
+      const std::uint32_t pose = shape->pose_of_copy[i];
+      if (copies[pose] == 1) poses_[first + pose].only_copy = &shape->loop->instances[i];
     }
   }
   const auto instant = [&](const Pose& pose, std::size_t step) {
@@ -197,12 +199,12 @@ PosedScene::PosedScene(RTCDevice device, const std::vector<LoopShape>& shapes, d
   // A better tree takes four times as long to build and is a seventh faster to ask.
   constexpr double worth = 10;  // paths a triangle
   double triangles = 0;
-  for (const LoopShape& shape : shapes)
-    triangles += static_cast<double>(shape.triangles.size() / 3 * shape.shifts.size());
+  for (const LoopShape* shape : shapes)
+    triangles += static_cast<double>(shape->triangles.size() / 3 * shape->shifts.size());
   build(device, shapes, path_count > worth * triangles);
 }
 
-void PosedScene::build(RTCDevice device, const std::vector<LoopShape>& shapes, bool many_rays) {
+void PosedScene::build(RTCDevice device, const std::vector<const LoopShape*>& shapes, bool many_rays) {
   const auto new_scene = [&] {
     EmbreeScene scene(rtcNewScene(device));
     if (many_rays) rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
@@ -232,12 +234,12 @@ void PosedScene::build(RTCDevice device, const std::vector<LoopShape>& shapes, b
   });
   top_ = new_scene();
   std::size_t first = 0;
-  for (const LoopShape& shape : shapes) {
-    for (std::size_t i = 0; i < shape.pose_of_copy.size(); ++i) {
-      Pose& pose = poses_[first + shape.pose_of_copy[i]];
-      const Instance& at = shape.loop->instances[i];
+  for (const LoopShape* shape : shapes) {
+    for (std::size_t i = 0; i < shape->pose_of_copy.size(); ++i) {
+      Pose& pose = poses_[first + shape->pose_of_copy[i]];
+      const Instance& at = shape->loop->instances[i];
       const Mat3 rotation = at.rotation();
-      triangles_ += shape.triangles.size() / 3;
+      triangles_ += shape->triangles.size() / 3;
       RTCGeometry geometry = nullptr;
       if (pose.only_copy) {
         geometry = mesh_of(pose);
@@ -259,7 +261,7 @@ void PosedScene::build(RTCDevice device, const std::vector<LoopShape>& shapes, b
                            static_cast<float>(rotation(0, 0)), static_cast<float>(rotation(1, 0))});
       }
     }
-    first += shape.shifts.size();
+    first += shape->shifts.size();
   }
   rtcJoinCommitScene(top_.get());
   check_embree(device);

@@ -15,7 +15,7 @@
 namespace tremula {
 
 struct PartLook {
-  enum class Kind { dull, bark, leaf, cloth };
+  enum class Kind { dull, bark, leaf, cloth, blade };
   Kind kind = Kind::dull;
   Rgb color = Rgb::Zero();  // linear
   bool two_sided = false;
@@ -74,7 +74,7 @@ class PosedScene {
  public:
   // `path_count`: how many paths will be followed in it. Throws Error where Embree has no memory left, and
   // where a loop gives numbers that are none.
-  PosedScene(RTCDevice device, const std::vector<LoopShape>& shapes, double time, double shutter,
+  PosedScene(RTCDevice device, const std::vector<const LoopShape*>& shapes, double time, double shutter,
              double path_count);
 
   Hit closest(const Ray& ray, float farthest) const;
@@ -104,7 +104,7 @@ class PosedScene {
       return {cosine * v.x() - sine * v.y(), sine * v.x() + cosine * v.y(), v.z()};
     }
   };
-  void build(RTCDevice device, const std::vector<LoopShape>& shapes, bool many_rays);
+  void build(RTCDevice device, const std::vector<const LoopShape*>& shapes, bool many_rays);
 
   std::vector<Pose> poses_;
   std::vector<Copy> copies_;

@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/raytrace/far_light.hpp"
+#include "tremula/raytrace/grass.hpp"
 #include "tremula/raytrace/path.hpp"
 #include "tremula/raytrace/posed_scene.hpp"
 #include "tremula/raytrace/sampling.hpp"
@@ -47,6 +48,8 @@ void check_scene(const TraceScene& scene) {
   check_within("poses of a loop", scene.poses_per_loop, 1, 4096);
   check_number("height of the ground", scene.ground.height, true, "a finite height [m]");
   check_rgb("colour of the ground", scene.ground.color, 1, "three numbers from 0 to 1");
+  check_number("height of the grass", scene.ground.grass_height,
+               scene.ground.grass_height >= 0 && scene.ground.grass_height <= 1, "a height from 0 to 1 [m]");
   check_rgb("extinction of the haze", scene.haze.extinction, 1e6F, "three numbers from 0 to 1e6 [1/m]");
   if (scene.uniform_sky) check_rgb("uniform sky", *scene.uniform_sky, 1e9F, "three numbers from 0 to 1e9");
 }
@@ -193,10 +196,13 @@ struct Tracer::Impl {
   std::vector<LoopShape> shapes;
   FarLight far_light;
   EmbreeDevice device;
+  std::vector<std::shared_ptr<const Surface>> grass;
 
   explicit Impl(TraceScene given) : scene(std::move(given)), far_light(scene) {
     for (const auto& loop : scene.loops) shapes.push_back(shape_of(loop, scene.poses_per_loop));
     device = make_device();
+    const GroundLook& ground = scene.ground;
+    if (ground.kind == GroundKind::grass && ground.grass_height > 0) grass = grass_tiles(ground.grass_height);
   }
 };
 
@@ -219,7 +225,11 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
   const std::vector<Camera> cameras = cameras_within(camera, time, options.shutter, impl_->scene.ground);
   const Clock::time_point start = Clock::now();
   const double paths = static_cast<double>(options.width) * options.height * options.samples;
-  const PosedScene posed(impl_->device.get(), impl_->shapes, time, options.shutter, paths);
+  std::vector<const LoopShape*> shapes;
+  for (const LoopShape& shape : impl_->shapes) shapes.push_back(&shape);
+  const std::vector<LoopShape> grass = grass_before(cameras.front(), impl_->scene.ground, impl_->grass);
+  for (const LoopShape& shape : grass) shapes.push_back(&shape);
+  const PosedScene posed(impl_->device.get(), shapes, time, options.shutter, paths);
   const double built = seconds_since(start);
 
   TracedImage image;

@@ -22,6 +22,7 @@ struct GroundLook {
   GroundKind kind = GroundKind::grass;
   double height = 0;                              // [m]
   Eigen::Vector3f color = {0.18F, 0.18F, 0.18F};  // linear albedo, of a plain one
+  double grass_height = 0;  // [m] of grass that stands in blades near the camera, 0 … 1; 0: a pattern alone
 };
 
 // What is between things: air that hazes what is far, or water.

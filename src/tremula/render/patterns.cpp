@@ -20,7 +20,10 @@ struct Bark {
   float shade;
 };
 
+constexpr float bark_is_plain = 1.5F / 18;  // from this footprint on; lichen from three times as much
+
 Bark bark_at(const Vector2f& uv, float footprint, float paleness) {
+  if (footprint >= bark_is_plain) return {0, 0};
   const auto fade = [&](float frequency) { return std::clamp(1.5F - 2 * frequency * footprint, 0.0F, 1.0F); };
   const float warp = noise(uv.x() * 6, uv.y() * 4, 6, 1) - 0.5F;
   const auto furrows = [&](float around, float along, std::uint32_t seed) {
@@ -38,7 +41,7 @@ Bark bark_at(const Vector2f& uv, float footprint, float paleness) {
 // `twig`: 1 for the twigs of trees with pale bark, which are brown.
 Rgb bark_albedo(const Rgb& bark, const Vector2f& uv, float footprint, float shade, float twig) {
   const float fade = std::clamp(1.5F - 6 * footprint, 0.0F, 1.0F);
-  const float lichen = fade * smooth_step(0.5F, 0.9F, noise(uv.x() * 3, uv.y() * 1.1F, 3, 7));
+  const float lichen = fade <= 0 ? 0 : fade * smooth_step(0.5F, 0.9F, noise(uv.x() * 3, uv.y() * 1.1F, 3, 7));
   const Rgb color = bark + 0.3F * lichen * (Rgb(0.20F, 0.22F, 0.15F) - bark);
   const Rgb brown = color.cwiseMin(Rgb(0.15F, 0.10F, 0.075F));
   return (color + twig * (brown - color)) * std::max(1 + shade, 0.2F);
@@ -69,7 +72,7 @@ PatternSpot bark_pattern(const Rgb& color, const Vector2f& uv, const Vector3f& n
   const Bark bark = bark_at(uv, footprint, paleness);
   PatternSpot spot{bark_albedo(color, uv, footprint, bark.shade, white * (1 - stem)), normal};
   // The relief tilts the normal, by heights a step farther.
-  if (frame.along_u.squaredNorm() > 0 && frame.along_v.squaredNorm() > 0) {
+  if (footprint < bark_is_plain && frame.along_u.squaredNorm() > 0 && frame.along_v.squaredNorm() > 0) {
     constexpr float relief = 0.012F;  // [circumferences]
     const float step = std::max(0.004F, 0.5F * footprint);
     const float rise_u = bark_at(uv + Vector2f(step, 0), footprint, paleness).height - bark.height;
