@@ -148,7 +148,8 @@ FilmCamera camera_of(const Scene& scene, const SceneCommands& commands, const Mo
 
 TraceScene trace_scene(const Scene& scene, bool under_water, SharedLoops loops) {
   TraceScene traced{.loops = std::move(loops),
-                    .ground = {ground_kinds.at(scene.ground.kind), scene.ground.height, scene.ground.color}};
+                    .ground = {ground_kinds.at(scene.ground.kind), scene.ground.height, scene.ground.color,
+                               scene.ground.grass_height}};
   traced.under_water = scene.medium.kind == "water" || (scene.medium.kind == "auto" && under_water);
   traced.haze.extinction = extinction_of(scene.medium, traced.under_water);
   traced.daylight = {.sun_azimuth = scene.sky.sun_azimuth,
@@ -174,6 +175,16 @@ void stand_alone(Scene& scene, const SceneCommands& commands, const Surface& res
   if (commands.under_water) scene.ground.kind = "sand";
   constexpr double from_camera = 50;  // [degrees]
   scene.sky.sun_azimuth = (commands.wind.heading - 105 + from_camera) * std::numbers::pi / 180;
+}
+
+// As bright as the day, and its white is the sun's about noon.
+ToneMapping tones_of(const TraceScene& traced, double stops) {
+  constexpr double by_itself = 1;  // where exposure_of() shows a day as one expects it
+  if (traced.uniform_sky)
+    return {.exposure = exposure_of(*traced.uniform_sky, by_itself + stops), .dither = true};
+  return {.exposure = exposure_of(Daylight(traced.daylight), by_itself + stops),
+          .white = daylight_white,
+          .dither = true};
 }
 
 std::string folder_of(const std::string& path) { return std::filesystem::path(path).parent_path().string(); }
@@ -363,10 +374,7 @@ void RenderCommand::run(const CLI::App& flags) const {
   if (!is_scene(plant.input)) stand_alone(scene, commands, *moving.loops().front()->rest);
   const FilmCamera camera = camera_of(scene, commands, moving);
   const TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
-  const double stops = picture.exposure.value_or(0);
-  const ToneMapping tones{.exposure = traced.uniform_sky ? exposure_of(*traced.uniform_sky, stops)
-                                                         : exposure_of(Daylight(traced.daylight), stops),
-                          .dither = true};
+  const ToneMapping tones = tones_of(traced, picture.exposure);
   log.begin("scene");
   const Tracer tracer(traced);
   log.begin("frames");

@@ -143,7 +143,7 @@ const std::vector<Broken>& broken_scenes() {
       {"ExposureInWords",
        oak + "[picture]\nexposure = \"automatic\"\n",
        "4:12",
-       {"picture.exposure", "or \"auto\""}},
+       {"picture.exposure", "wanted a number from -40 to 40"}},
       {"NegativeSeed", oak + "[picture]\nseed = -1\n", "4:8", {"picture.seed: -1", "0 or more"}},
       {"NoHeadings", oak + "headings = 0\n", "3:12", {"objects.headings: 0", "from 1 to 64"}},
       {"TableInsideAnObject", oak + "camera = []\n", "3:1", {"objects.camera: no such key"}},

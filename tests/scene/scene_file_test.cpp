@@ -171,7 +171,7 @@ TEST(SceneFile, OfOneObjectHasTheDefaultsOfTheStructs) {
   EXPECT_EQ(scene.ground.kind, otherwise.ground.kind);
   EXPECT_EQ(scene.sky.sun_elevation, otherwise.sky.sun_elevation);
   EXPECT_EQ(scene.camera.field_of_view, otherwise.camera.field_of_view);
-  EXPECT_FALSE(scene.camera.eye || scene.camera.azimuth || scene.picture.exposure);
+  EXPECT_FALSE(scene.camera.eye || scene.camera.azimuth);
   EXPECT_EQ(scene.picture.size, otherwise.picture.size);
   EXPECT_EQ(count_instances(scene.objects[0].crowd), 1);
 }

@@ -139,7 +139,7 @@ struct Picture {
 void trace_pixel(const Picture& picture, int x, int y, TracedImage& image, std::uint64_t& rays) {
   const TraceOptions& options = picture.options;
   constexpr float filter = 0.8F;  // half the width of the tent over which a pixel is the mean [pixels]
-  Rgb light = Rgb::Zero(), albedo = Rgb::Zero();
+  Rgb light = Rgb::Zero(), half = Rgb::Zero(), albedo = Rgb::Zero();
   Vector3f normal = Vector3f::Zero();
   const auto pixel = static_cast<std::uint32_t>(y) * static_cast<std::uint32_t>(options.width) +
                      static_cast<std::uint32_t>(x);
@@ -155,11 +155,14 @@ void trace_pixel(const Picture& picture, int x, int y, TracedImage& image, std::
     ray.time = time;
     const PathSample sample = follow(picture.path, ray, sampler, rays);
     light += sample.light;
+    if (s % 2 == 0) half += sample.light;
     albedo += sample.albedo;
     normal += sample.normal;
   }
   const float share = 1 / static_cast<float>(options.samples);
   Eigen::Map<Vector3f>(image.light.pixel(x, y)) = share * light;
+  if (!image.half.rgb.empty())
+    Eigen::Map<Vector3f>(image.half.pixel(x, y)) = half / static_cast<float>((options.samples + 1) / 2);
   Eigen::Map<Vector3f>(image.albedo.pixel(x, y)) = share * albedo;
   const float length = normal.norm();
   Eigen::Map<Vector3f>(image.normal.pixel(x, y)) = length > 0 ? Vector3f(normal / length) : normal;
@@ -235,6 +238,7 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
   TracedImage image;
   for (LinearImage* each : {&image.light, &image.albedo, &image.normal})
     make_room(*each, options.width, options.height);
+  if (options.samples > 1) make_room(image.half, options.width, options.height);
   const auto pixel = static_cast<float>(2 * cameras.front().half_height / options.height);
   const PathSettings path{posed, impl_->far_light, impl_->scene.ground, options.bounces, pixel};
   const std::uint64_t rays = trace_tiles({options, cameras, path}, image, done);

@@ -85,6 +85,7 @@ struct SceneGround {
   std::string kind = "grass";                  // grass, soil, sand, snow, plain or none
   Eigen::Vector3f color{0.18F, 0.18F, 0.18F};  // albedo of a plain one, linear
   double height = 0;                           // [m]
+  double grass_height = 0.06;  // of grass that stands in blades near the camera [m]; 0: a pattern alone
 };
 
 struct SceneSky {
@@ -126,11 +127,11 @@ struct SceneCamera {
 };
 
 struct ScenePicture {
-  Eigen::Vector2i size = {960, 540};    // width and height [pixels]
-  int samples = 64;                     // a pixel
-  int bounces = 6;                      // of light
-  double shutter = 0.5;                 // how long it is open, of the time of a frame
-  std::optional<double> exposure = {};  // [stops]; none: by the light of the first frame
+  Eigen::Vector2i size = {960, 540};  // width and height [pixels]
+  int samples = 64;                   // a pixel
+  int bounces = 6;                    // of light
+  double shutter = 0.5;               // how long it is open, of the time of a frame
+  double exposure = 0;                // brighter than the light of the day asks for [stops]
   bool denoise = true;
   std::uint64_t seed = 1;  // of the samples
 };

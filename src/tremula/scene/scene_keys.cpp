@@ -64,7 +64,13 @@ SceneKeys all_keys() {
                   .unit = "m",
                   .least = -far,
                   .most = far,
-                  .meaning = "Where it is"}}};
+                  .meaning = "Where it is"},
+                 {.name = "grass_height",
+                  .target = &SceneGround::grass_height,
+                  .unit = "m",
+                  .least = 0,
+                  .most = 1,
+                  .meaning = "Of grass, which stands in blades near the camera; 0: a pattern alone"}}};
 
   all.sky = {"[sky]",
              "sky",
@@ -239,9 +245,7 @@ SceneKeys all_keys() {
                    .unit = "stops",
                    .least = -40,
                    .most = 40,
-                   .word = "auto",
-                   .otherwise = "\"auto\"",
-                   .meaning = "One more is twice as bright; auto: by the light of the first frame"},
+                   .meaning = "Brighter than the light of the day asks for: 1 is twice as bright"},
                   {.name = "denoise",
                    .target = &ScenePicture::denoise,
                    .meaning = "Smooth what noise the samples leave"},
