@@ -29,7 +29,7 @@ struct TracedImage {
   LinearImage light;      // radiance
   LinearImage albedo;     // 0–1, of what is seen first; the sky's is 1
   LinearImage normal;     // unit, of what is seen first; 0 for the sky
-  LinearImage half = {};  // light of every second sample, from which the noise is known; or empty
+  LinearImage half = {};  // light of half of the samples alone, from which the noise is known; or empty
 };
 
 }  // namespace tremula

@@ -136,7 +136,7 @@ float pattern(int x, int y) {
 
 double exposure_for(double card, double sky, double stops) {
   const double key = std::sqrt(std::max(card, 1e-9) * std::max(sky, 1e-9));
-  return std::exp2(stops) * middle_grey / key;
+  return std::exp2(1 + stops) * middle_grey / key;
 }
 
 }  // namespace

@@ -27,11 +27,11 @@ struct ToneMapping {
 
 // The exposure that shows this daylight as one expects it, the same for every picture of a film: what is as
 // bright as the geometric mean of a grey card on the level ground (18 %, under sun and sky) and of the sky on
-// average comes out as middle grey, `stops` brighter.
-double exposure_of(const Daylight& light, double stops = 1);
+// average comes out a stop above middle grey, as leaves are darker than the card; and `stops` brighter.
+double exposure_of(const Daylight& light, double stops = 0);
 
 // The same where the same radiance comes from everywhere.
-double exposure_of(const Eigen::Vector3f& uniform_sky, double stops = 1);
+double exposure_of(const Eigen::Vector3f& uniform_sky, double stops = 0);
 
 // One colour: linear sRGB, as it is in the light, to sRGB 0–1. Negative and not-a-number count as black,
 // infinite as white.
