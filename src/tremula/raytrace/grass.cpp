@@ -20,10 +20,10 @@ constexpr double side = 1.5;  // of a tile [m]
 struct Density {
   int blades;
   float wider;
-  double until;  // distance from the eye, in heights of grass
+  double until;  // distance from the eye, in heights of grass of 4 to 16 cm
 };
 constexpr std::array<Density, 4> densities = {
-    {{4200, 1, 70}, {2100, 1.4F, 150}, {1000, 2, 280}, {450, 2.8F, 480}}};
+    {{4200, 1, 75}, {2100, 1.4F, 175}, {1000, 2, 375}, {450, 2.8F, 750}}};
 
 void add_blade(Surface& surface, const Vector3f& foot, float height, float width, std::uint32_t seed) {
   const auto random = [&](std::uint32_t of) { return hash_to_unit(hash(seed) + of); };
@@ -56,9 +56,14 @@ Surface tile(double height, const Density& density) {
                            .pieces = {.first_vertex = 0, .size = 7, .count = 0}});
   for (int i = 0; i < density.blades; ++i) {
     const auto seed = static_cast<std::uint32_t>(i);
-    const auto spread = [&](double step) { return std::fmod(0.5 + step * i, 1.0) - 0.5; };  // evenly
-    const Vector3f foot(static_cast<float>(side * spread(0.7548776662)),
-                        static_cast<float>(side * spread(0.5698402910)), 0);
+    // Evenly over the tile, yet in no rows.
+    const auto spread = [&](double step, std::uint32_t of) {
+      const double apart = side / std::sqrt(density.blades);
+      return side * (std::fmod(0.5 + step * i, 1.0) - 0.5) +
+             1.6 * apart * (static_cast<double>(hash_to_unit(7 * seed + of)) - 0.5);
+    };
+    const Vector3f foot(static_cast<float>(spread(0.7548776662, 5)),
+                        static_cast<float>(spread(0.5698402910, 6)), 0);
     // Tufts are higher than what is between them.
     const float tuft = noise(3 * foot.x() + 10, 3 * foot.y() + 10, 0, 61);
     const float tall = static_cast<float>(height) * (0.35F + 0.4F * tuft + 0.4F * hash_to_unit(7 * seed + 3));
@@ -89,7 +94,8 @@ std::vector<LoopShape> grass_before(const Camera& camera, const GroundLook& grou
                           std::vector<Vector3f>(vertices, Vector3f::Zero())};
     };
   }
-  const double most = densities.back().until * ground.grass_height, above = camera.eye.z() - ground.height;
+  const double unit = std::clamp(ground.grass_height, 0.04, 0.16), most = densities.back().until * unit;
+  const double above = camera.eye.z() - ground.height;
   const int reach = static_cast<int>(most / side) + 1;
   const auto column = std::llround(camera.eye.x() / side), row = std::llround(camera.eye.y() / side);
   for (int dy = -reach; dy <= reach; ++dy) {
@@ -103,7 +109,7 @@ std::vector<LoopShape> grass_before(const Camera& camera, const GroundLook& grou
       const double distance =
           std::hypot(away, above) * (0.85 + 0.3 * static_cast<double>(hash_to_unit(number)));
       for (std::size_t i = 0; i < tiles.size(); ++i) {
-        if (distance > densities[i].until * ground.grass_height) continue;
+        if (distance > densities[i].until * unit) continue;
         const double quarter = std::numbers::pi / 2 * (hash(number + 1) % 4);
         loops[i].instances.push_back({.position = middle, .turn = quarter});
         break;

@@ -197,7 +197,7 @@ PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& sh
     for (std::size_t i = 0; i < last_normals[p].size(); ++i) poses_[p].normals[i] += last_normals[p][i];
   }
   // A better tree takes four times as long to build and is a seventh faster to ask.
-  constexpr double worth = 10;  // paths a triangle
+  constexpr double worth = 4;  // paths a triangle
   double triangles = 0;
   for (const LoopShape* shape : shapes)
     triangles += static_cast<double>(shape->triangles.size() / 3 * shape->shifts.size());
