@@ -179,12 +179,8 @@ void stand_alone(Scene& scene, const SceneCommands& commands, const Surface& res
 
 // As bright as the day, and its white is the sun's about noon.
 ToneMapping tones_of(const TraceScene& traced, double stops) {
-  constexpr double by_itself = 1;  // where exposure_of() shows a day as one expects it
-  if (traced.uniform_sky)
-    return {.exposure = exposure_of(*traced.uniform_sky, by_itself + stops), .dither = true};
-  return {.exposure = exposure_of(Daylight(traced.daylight), by_itself + stops),
-          .white = daylight_white,
-          .dither = true};
+  if (traced.uniform_sky) return {.exposure = exposure_of(*traced.uniform_sky, stops), .dither = true};
+  return {.exposure = exposure_of(Daylight(traced.daylight), stops), .white = daylight_white, .dither = true};
 }
 
 std::string folder_of(const std::string& path) { return std::filesystem::path(path).parent_path().string(); }

@@ -91,7 +91,7 @@ struct SceneGround {
 struct SceneSky {
   double sun_elevation = 35 * std::numbers::pi / 180;  // above the horizon [rad]
   double sun_azimuth = 0;                              // where it stands, from +x towards +y [rad]
-  double turbidity = 3;                                // 1 pure air … 10 hazy
+  double turbidity = 2.5;                              // 1 pure air … 10 hazy
   std::optional<double> uniform = {};  // instead of sun and sky: this radiance from everywhere
 };
 
@@ -114,7 +114,7 @@ struct CameraKey {
 struct SceneCamera {
   std::vector<std::string> frame = {};  // objects to frame, by name; none: all
   std::optional<double> azimuth = {};   // to stand at, from +x towards +y [rad]; else across the wind
-  double elevation = 8 * std::numbers::pi / 180;       // to look down from [rad]
+  double elevation = 3 * std::numbers::pi / 180;       // to look down from [rad]
   double margin = 0.06;                                // of the picture, on each side
   std::optional<Vec3> eye = {}, look_at = {};          // [m]
   double field_of_view = 28 * std::numbers::pi / 180;  // from bottom to top [rad]
