@@ -4,7 +4,7 @@
 //                                                 the same rays again and shades nothing
 //   bench_raytrace oak [WIDTH HEIGHT SAMPLES]     the oak with motion blur, 960 x 540, 64 samples
 //   bench_raytrace segments                       100 000 pieces of stem, 512 x 512, one sample
-//   bench_raytrace forest [COPIES POSES]          10 000 saplings: memory, and how long a frame's poses take
+//   bench_raytrace forest [COPIES POSES PLANT]    10 000 saplings: memory, and how long a frame's poses take
 // Seconds of the clock, and of processors: those are what counts on a machine that has other work.
 #include "tremula/deformation/loop.hpp"
 #include "tremula/geometry/grow.hpp"
@@ -202,9 +202,12 @@ void measure_segments() {
   }
 }
 
-void measure_forest(int copies, int poses) {
-  Loop loop = loop_in_wind("sapling", 12);
-  const double side = 3 * std::sqrt(copies);
+void measure_forest(int copies, int poses, const std::string& preset) {
+  Loop loop = loop_in_wind(preset, 12);
+  double reach = 0;
+  for (const Vector3f& at : loop.rest->position)
+    reach = std::max(reach, static_cast<double>(at.head<2>().norm()));
+  const double side = 2 * reach * std::sqrt(copies);
   loop.instances.clear();
   for (int i = 0; i < copies; ++i) {
     const auto part = [&](double irrational) { return std::fmod(irrational * i, 1); };
@@ -246,7 +249,8 @@ int main(int count, char** arguments) {
   } else if (what == "segments") {
     measure_segments();
   } else if (what == "forest") {
-    measure_forest(count > 2 ? std::atoi(arguments[2]) : 10000, count > 3 ? std::atoi(arguments[3]) : 24);
+    measure_forest(count > 2 ? std::atoi(arguments[2]) : 10000, count > 3 ? std::atoi(arguments[3]) : 24,
+                   count > 4 ? arguments[4] : "sapling");
   } else {
     std::fprintf(stderr, "bench_raytrace: '%s' is nothing to measure; bound, oak, segments and forest are\n",
                  what.c_str());

@@ -45,7 +45,7 @@ PatternSpot grass(const Rgb& mean, const Vector2f& place, float footprint) {
   if (footprint > flat) return {albedo, Vector3f::UnitZ()};
   const auto height = [&](const Vector2f& at) {
     const Layers rise{at, footprint};
-    return 0.06F * rise(1.3F, 19) + 0.03F * rise(6, 15) + 0.016F * rise(17, 16) + 0.003F * rise(70, 17);
+    return 0.035F * rise(6, 15) + 0.018F * rise(17, 16);
   };
   return {albedo, tilted(place, footprint, height)};
 }
