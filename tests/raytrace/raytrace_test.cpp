@@ -189,6 +189,22 @@ TEST(Tracer, CountsAndTellsHowFarItIsAndStopsWhenThatThrows) {
   EXPECT_THROW(tracer.trace(camera, 0, options, [](double) { throw Stop(); }), Stop);
 }
 
+TEST(Tracer, HoldsFewerPosesOfALoopWhereTheyWouldBeTooMuch) {
+  TraceScene scene = wood();
+  const auto poses_of = [](const TraceScene& traced) {
+    TraceCounts counts;
+    Tracer(traced).trace([](double) { return over_wood; }, 0, {.width = 8, .height = 8, .samples = 1}, {},
+                         &counts);
+    return counts.poses;
+  };
+  EXPECT_EQ(poses_of(scene), 4U);
+  const double triangles = static_cast<double>(scene.loops[0]->rest->parts[0].triangles.size()) / 3;
+  scene.posed_triangles = 3.5 * triangles;
+  EXPECT_EQ(poses_of(scene), 3U);
+  scene.posed_triangles = 1;
+  EXPECT_EQ(poses_of(scene), 2U) << "or nothing would move against anything else";
+}
+
 TEST(Tracer, RefusesWhatItCannotTrace) {
   const auto fails = [](const std::string& with, TraceScene scene, const TraceOptions& options,
                         const Camera& camera = over_wood) {

@@ -83,6 +83,7 @@ class PosedScene {
 
   std::uint64_t triangle_count() const { return triangles_; }
   std::size_t copy_count() const { return copies_.size(); }
+  std::size_t pose_count() const { return poses_.size(); }
   RTCScene top() const { return top_.get(); }
 
  private:

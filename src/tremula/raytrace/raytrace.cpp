@@ -46,6 +46,7 @@ void check_rgb(const char* what, const Vector3f& found, float most, const char* 
 
 void check_scene(const TraceScene& scene) {
   check_within("poses of a loop", scene.poses_per_loop, 1, 4096);
+  check_number("posed triangles", scene.posed_triangles, scene.posed_triangles > 0, "a number above 0");
   check_number("height of the ground", scene.ground.height, true, "a finite height [m]");
   check_rgb("colour of the ground", scene.ground.color, 1, "three numbers from 0 to 1");
   check_number("height of the grass", scene.ground.grass_height,
@@ -192,6 +193,18 @@ std::uint64_t trace_tiles(const Picture& picture, TracedImage& image,
   return rays;
 }
 
+// Every loop of many copies takes as many.
+int poses_of(const TraceScene& scene) {
+  double triangles = 0;
+  for (const std::shared_ptr<const Loop>& loop : scene.loops) {
+    if (!loop || loop->instances.size() < 2) continue;
+    for (const SurfacePart& part : loop->rest->parts)
+      triangles += static_cast<double>(part.triangles.size()) / 3;
+  }
+  if (!(triangles * scene.poses_per_loop > scene.posed_triangles)) return scene.poses_per_loop;
+  return std::min(scene.poses_per_loop, std::max(2, static_cast<int>(scene.posed_triangles / triangles)));
+}
+
 }  // namespace
 
 struct Tracer::Impl {
@@ -202,7 +215,8 @@ struct Tracer::Impl {
   std::vector<std::shared_ptr<const Surface>> grass;
 
   explicit Impl(TraceScene given) : scene(std::move(given)), far_light(scene) {
-    for (const auto& loop : scene.loops) shapes.push_back(shape_of(loop, scene.poses_per_loop));
+    const int poses = poses_of(scene);
+    for (const auto& loop : scene.loops) shapes.push_back(shape_of(loop, poses));
     device = make_device();
     const GroundLook& ground = scene.ground;
     if (ground.kind == GroundKind::grass && ground.grass_height > 0) grass = grass_tiles(ground.grass_height);
@@ -243,7 +257,8 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
   const PathSettings path{posed, impl_->far_light, impl_->scene.ground, options.bounces, pixel};
   const std::uint64_t rays = trace_tiles({options, cameras, path}, image, done);
   if (counts)
-    *counts = {rays, posed.triangle_count(), posed.copy_count(), built, seconds_since(start) - built};
+    *counts = {rays,  posed.triangle_count(),      posed.copy_count(), posed.pose_count(),
+               built, seconds_since(start) - built};
   return image;
 }
 

@@ -31,7 +31,8 @@ struct Haze {
 };
 
 // What a film shows. Loops are shared: many scenes may show one. Each has its instances (Loop::instances),
-// whose time shifts are rounded so that at most `poses_per_loop` poses of a loop are held at a time.
+// whose time shifts are rounded so that at most `poses_per_loop` poses of a loop are held at a time; and of
+// large scenes fewer, but no fewer than two, so that all poses together have no more than `posed_triangles`.
 struct TraceScene {
   std::vector<std::shared_ptr<const Loop>> loops = {};
   GroundLook ground = {};
@@ -41,6 +42,7 @@ struct TraceScene {
   std::optional<Eigen::Vector3f> uniform_sky =
       {};  // instead of sun and sky: the same radiance from everywhere
   int poses_per_loop = 24;
+  double posed_triangles = 6e6;  // of about 120 bytes each
 };
 
 struct Lens {
@@ -58,8 +60,8 @@ struct TraceOptions {
 };
 
 struct TraceCounts {
-  std::uint64_t rays = 0;  // all that were shot
-  std::uint64_t triangles = 0, instances = 0;
+  std::uint64_t rays = 0;                                 // all that were shot
+  std::uint64_t triangles = 0, instances = 0, poses = 0;  // poses: that were held of all loops
   double seconds_build = 0, seconds_trace = 0;
 };
 
