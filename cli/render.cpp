@@ -279,6 +279,7 @@ void add(TraceCounts& total, const TraceCounts& counts) {
   total.rays += counts.rays;
   total.triangles = counts.triangles;
   total.instances = counts.instances;
+  total.poses = counts.poses;
   total.seconds_build += counts.seconds_build;
   total.seconds_trace += counts.seconds_trace;
 }
@@ -446,6 +447,7 @@ Json RenderCommand::report_of(const Scene& scene, const SceneCommands& commands,
           {"objects", objects},
           {"instances", moving.instance_count},
           {"triangles", counts.triangles},
+          {"poses", counts.poses},
           {"rays", counts.rays},
           {"seconds_build", counts.seconds_build},
           {"seconds_trace", counts.seconds_trace},

@@ -75,12 +75,13 @@ TEST_P(Program, ExitsWithOneAndLeavesNoOutputWhereverAWriteFails) {
 TEST(ProgramInMemory, WritesAllOrNothingAndSaysSoWhereverItRunsOut) {
   if (!can_preload()) GTEST_SKIP() << "the sanitizers want much more";
   int refused = 0, done = 0;
-  for (int kilobytes = 20000; kilobytes <= 140000; kilobytes += 4000) {
+  for (int kilobytes = 40000; kilobytes <= 240000; kilobytes += 5000) {
     SCOPED_TRACE(kilobytes);
     const TemporaryFolder folder;
     const test::Outcome outcome =
         test::run(folder, "animate sapling -o a.glb -o b.html -o c.csv --report d.json",
                   "ulimit -v " + std::to_string(kilobytes) + "; ");
+    if (outcome.code == 127) continue;  // its libraries do not find room, and it does not begin
     if (outcome.code == 0) {
       ++done;
       EXPECT_EQ(test::file_count(folder), 4U);

@@ -55,7 +55,8 @@ Rgb FarLight::sky(const Vector3f& direction) const {
 }
 
 Rgb FarLight::disc(const Vector3f& direction) const {
-  if (water_ || !has_sun() || direction.dot(axes_.z) < cosine_) return Rgb::Zero();
+  // By the chord: floats hold a cosine near 1 to a hundredth of the disc.
+  if (water_ || !has_sun() || (direction - axes_.z).squaredNorm() > 2 * (1 - cosine_)) return Rgb::Zero();
   return sun_ / (2 * pi * (1 - cosine_));
 }
 
