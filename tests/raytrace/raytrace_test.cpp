@@ -191,6 +191,9 @@ TEST(Tracer, CountsAndTellsHowFarItIsAndStopsWhenThatThrows) {
 
 TEST(Tracer, HoldsFewerPosesOfALoopWhereTheyWouldBeTooMuch) {
   TraceScene scene = wood();
+  Loop loop = *scene.loops[0];
+  for (std::size_t i = 0; i < 9; ++i) loop.instances[i].time_shift = loop.period * static_cast<double>(i) / 9;
+  scene.loops = {std::make_shared<const Loop>(std::move(loop))};
   const auto poses_of = [](const TraceScene& traced) {
     TraceCounts counts;
     Tracer(traced).trace([](double) { return over_wood; }, 0, {.width = 8, .height = 8, .samples = 1}, {},

@@ -110,7 +110,6 @@ SceneKeys all_keys() {
                   .target = &SceneMedium::visibility,
                   .unit = "m",
                   .least = 0.1,
-                  .most = 1e6,
                   .otherwise = "20000 in air, 12 in water",
                   .meaning = "How far a dark thing is seen"}}};
 
