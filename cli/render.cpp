@@ -38,6 +38,9 @@ const std::map<std::string, GroundKind> ground_kinds{
     {"none", GroundKind::none}, {"grass", GroundKind::grass}, {"soil", GroundKind::soil},
     {"sand", GroundKind::sand}, {"snow", GroundKind::snow},   {"plain", GroundKind::plain}};
 
+const std::map<std::string, Denoiser> denoisers{{"own", Denoiser::own},
+                                                {"oidn", Denoiser::open_image_denoise}};
+
 // "960x540"
 Eigen::Vector2i parse_pair(const std::string& flag, const std::string& text, const std::string& wanted) {
   Eigen::Vector2i pair;
@@ -218,9 +221,10 @@ std::vector<Place> output_places(const std::vector<FrameFiles>& files, const std
 class FrameWriter {
  public:
   // `stills`: where pictures that are one file go.
-  FrameWriter(const std::vector<FrameFiles>& files, const ScenePicture& picture, const ToneMapping& tones,
-              int frames, double frames_per_second, Outputs& stills)
-      : files_(files), denoises_(picture.denoise), tones_(tones), stills_(stills) {
+  FrameWriter(const std::vector<FrameFiles>& files, std::optional<Denoiser> denoiser,
+              const ScenePicture& picture, const ToneMapping& tones, int frames, double frames_per_second,
+              Outputs& stills)
+      : files_(files), denoiser_(denoiser), tones_(tones), stills_(stills) {
     for (const FrameFiles& each : files) {
       if (each.form != FrameForm::film) continue;
       films_.push_back(std::make_unique<Film>(each.path, FilmSettings{.width = picture.size.x(),
@@ -260,7 +264,9 @@ class FrameWriter {
   }
 
  private:
-  LinearImage light_of(const TracedImage& traced) const { return denoises_ ? denoise(traced) : traced.light; }
+  LinearImage light_of(const TracedImage& traced) const {
+    return denoiser_ ? denoise(traced, *denoiser_) : traced.light;
+  }
 
   // As bright as what is shown, and linear.
   LinearImage exposed(LinearImage light) const {
@@ -269,7 +275,7 @@ class FrameWriter {
   }
 
   const std::vector<FrameFiles>& files_;
-  bool denoises_;
+  std::optional<Denoiser> denoiser_;
   ToneMapping tones_;
   Outputs& stills_;
   std::vector<std::unique_ptr<Film>> films_;
@@ -291,6 +297,7 @@ struct RenderCommand {
   std::optional<int> samples, bounces;
   std::optional<double> shutter, exposure;
   bool no_denoise = false, resume = false;
+  std::string denoiser = "own";
   ThreadsFlag threads;
 
   std::vector<FrameFiles> frame_outputs() const;
@@ -355,6 +362,12 @@ void RenderCommand::run(const CLI::App& flags) const {
   const std::vector<FrameFiles> files = frame_outputs();
   if (!sheet.empty() && !frames.empty()) throw InputError("--frames", "given with --sheet", "one of them");
   if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
+  if (no_denoise && flags.count("--denoiser") > 0)
+    throw InputError("--no-denoise", "given with --denoiser", "one of them");
+  if (denoiser == "oidn" && !has_open_image_denoise())
+    throw Error(
+        "--denoiser oidn: libOpenImageDenoise.so is not installed where programs find it; --denoiser own is "
+        "always there");
   if (!can_trace()) throw Error("render: this program was built without Embree (libembree-dev)");
   Scene scene = open_scene(plant.input);
   set_picture(scene.picture);
@@ -375,9 +388,11 @@ void RenderCommand::run(const CLI::App& flags) const {
   log.begin("scene");
   const Tracer tracer(traced);
   log.begin("frames");
+  std::optional<Denoiser> chosen;
+  if (picture.denoise) chosen = denoisers.at(denoiser);
   make_folders(files);
-  FrameWriter writer(files, picture, tones, static_cast<int>(picked.size()), commands.frames_per_second,
-                     stills);
+  FrameWriter writer(files, chosen, picture, tones, static_cast<int>(picked.size()),
+                     commands.frames_per_second, stills);
   std::vector<Image> cells;
   std::vector<std::string> labels;
   TraceCounts total;
@@ -443,7 +458,7 @@ Json RenderCommand::report_of(const Scene& scene, const SceneCommands& commands,
           {"samples", picture.samples},
           {"bounces", picture.bounces},
           {"shutter", picture.shutter},
-          {"denoiser", picture.denoise ? Json(denoiser_name(Denoiser::own)) : Json()},
+          {"denoiser", picture.denoise ? Json(denoiser_name(denoisers.at(denoiser))) : Json()},
           {"objects", objects},
           {"instances", moving.instance_count},
           {"triangles", counts.triangles},
@@ -488,6 +503,11 @@ void add_render(CLI::App& app) {
       ->group(group);
   sub.add_option("--exposure", command->exposure,
                  "Brighter by so many stops than the light of the day asks for (0)")
+      ->group(group);
+  sub.add_option("--denoiser", command->denoiser,
+                 "own, or oidn: Intel Open Image Denoise, where its library is installed")
+      ->check(CLI::IsMember(denoisers))
+      ->capture_default_str()
       ->group(group);
   sub.add_flag("--no-denoise", command->no_denoise, "Leave the noise of few samples")->group(group);
   command->plant.add_to(sub);

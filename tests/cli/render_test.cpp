@@ -184,6 +184,8 @@ TEST_F(Render, NoOutputIsLeftWhereAnythingIsWrong) {
       {"render nothing.toml -o a.png", "nothing.toml"},
       {"render s.toml -o a.png --wind-speed -3", "--wind-speed"},
       {"render s.toml -o a.png --report r.txt", "json"},
+      {"render s.toml -o a.png --denoiser magic", "oidn"},
+      {"render s.toml -o a.png --denoiser own --no-denoise", "one of them"},
   };
   for (const Wrong& wrong : wrongs) {
     const Outcome outcome = run(folder, wrong.arguments);
@@ -192,6 +194,20 @@ TEST_F(Render, NoOutputIsLeftWhereAnythingIsWrong) {
     EXPECT_EQ(std::count(outcome.messages.begin(), outcome.messages.end(), '\n'), 1) << outcome.messages;
     EXPECT_EQ(file_count(folder), 1U) << wrong.arguments;
   }
+}
+
+TEST_F(Render, WhatIsStoppedLeavesWholeFramesAlone) {
+  write_scene();
+  std::filesystem::create_directory(folder / "f");
+  const Outcome outcome =
+      run(folder, "render s.toml --size 640x360 --samples 16 -o f/%d.png", "timeout -s INT 3 ");
+  EXPECT_NE(outcome.code, 0) << "ten frames take longer";
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "f")) {
+    EXPECT_EQ(entry.path().extension(), ".png");
+    EXPECT_EQ(test::read_picture(entry.path()).width, 640) << entry.path();
+  }
+  ASSERT_EQ(run(folder, "render s.toml --resume" + small + "-o f/%d.png").code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "f/9.png"));
 }
 
 class Scene : public Render {};

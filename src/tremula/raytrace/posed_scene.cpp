@@ -272,9 +272,7 @@ Hit PosedScene::closest(const Ray& ray, float farthest) const {
   query.ray = to_embree(ray, farthest);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcIntersect1(top_.get(), &context, &query);
+  find_closest(top_.get(), query);
   Hit hit;
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
   hit.copy = query.hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? query.hit.geomID : query.hit.instID[0];
@@ -287,9 +285,7 @@ Hit PosedScene::closest(const Ray& ray, float farthest) const {
 
 bool PosedScene::blocked(const Ray& ray, float farthest) const {
   alignas(16) RTCRay query = to_embree(ray, farthest);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(top_.get(), &context, &query);
+  find_any(top_.get(), query);
   return query.tfar < 0;
 }
 

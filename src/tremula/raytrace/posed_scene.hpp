@@ -1,6 +1,7 @@
 // Loops as Embree has them: of every loop a few poses, of every pose its copies; posed anew for every frame.
 #pragma once
 
+#include "tremula/raytrace/embree.hpp"
 #include "tremula/raytrace/raytrace.hpp"
 #include "tremula/raytrace/scattering.hpp"
 #include "tremula/render/patterns.hpp"
@@ -9,7 +10,6 @@
 #include <memory>
 #include <vector>
 
-#include <embree3/rtcore.h>
 #include <Eigen/Core>
 
 namespace tremula {

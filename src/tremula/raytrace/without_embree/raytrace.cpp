@@ -10,7 +10,9 @@ struct Tracer::Impl {};
 bool can_trace() { return false; }
 
 Tracer::Tracer(TraceScene) {
-  throw Error("pictures are traced by Embree 3, and this tremula was built without it (TREMULA_EMBREE)");
+  throw Error(
+      "pictures are traced by Embree (libembree-dev), and this tremula was built without it "
+      "(TREMULA_EMBREE)");
 }
 Tracer::~Tracer() = default;
 Tracer::Tracer(Tracer&&) noexcept = default;
