@@ -27,18 +27,22 @@ PAGE
 }
 mkdir -p docs/figures
 
-# The scenes, and two of them as loops of 10 s that a page shows (WebP, by ffmpeg). Half an hour on two cores.
-for figure in 3 4 5 6 7; do tremula render "scenes/stam-figure-$figure.toml" -o "docs/figures/stam-figure-$figure.png"; done
-tremula render scenes/forest.toml -o docs/figures/forest.png
-loop() {  # scene, file, quality, samples
-  tremula render "$1" --size 640x360 --fps 12 --period 10 --samples "$4" -o "$work/$(basename "$2")/%04d.png"
-  ffmpeg -y -loglevel error -framerate 12 -i "$work/$(basename "$2")/%04d.png" -c:v libwebp_anim -loop 0 -quality "$3" \
-    -compression_level 6 "$2"
+# The scenes, and two of them as loops of 10 s (WebP, by ffmpeg). Three quarters of an hour on two cores.
+scene() {  # scene, options of render
+  local name
+  name=$(basename "$1" .toml)
+  tremula render "$1" "${@:2}" -o "$work/$name.png"
+  ffmpeg -y -loglevel error -i "$work/$name.png" -c:v libwebp -quality 85 "docs/figures/$name.webp"
 }
-loop scenes/stam-figure-4.toml docs/figures/small-tree.webp 60 16
-loop scenes/stam-figure-5.toml docs/figures/forest.webp 45 16
+for scene in scenes/*.toml; do scene "$scene"; done
+loop() {  # scene, file, quality, samples
+  tremula render "$1" --size 640x360 --fps 12 --period 10 --samples "$4" -o "$work/$2/%04d.png"
+  ffmpeg -y -loglevel error -framerate 12 -i "$work/$2/%04d.png" -c:v libwebp_anim -loop 0 -quality "$3" \
+    -compression_level 6 "docs/figures/$2.webp"
+}
+loop scenes/stam-figure-4.toml small-tree-loop 60 16
+loop scenes/stam-figure-5.toml forest-loop 45 8
 
-row sapling 1 1040 docs/figures/sapling.png --wind-speed 6 --period 20 --seed 1
 row flag 0 1040 docs/figures/flag.png --wind-speed 8 --period 20 --seed 1
 row seagrass 0 1040 docs/figures/seagrass.png --wind-speed 6 --period 20 --seed 1
 row oak 0 1040 docs/figures/oak.png --wind-speed 12 --period 20 --seed 1
