@@ -1,24 +1,15 @@
 // tremula render: a scene, or a plant alone, as pictures and films. Read RenderCommand::run, the last.
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/memory.hpp"
 #include "tremula/io/exr.hpp"
-#include "tremula/io/film.hpp"
-#include "tremula/raytrace/raytrace.hpp"
-#include "tremula/render/denoise.hpp"
-#include "tremula/render/tone_map.hpp"
-#include "tremula/scene/film_camera.hpp"
-#include "tremula/scene/haze.hpp"
 
 #include <algorithm>
 #include <charconv>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <limits>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -28,15 +19,10 @@
 
 #include "commands.hpp"
 #include "frame_files.hpp"
-#include "scene_objects.hpp"
-#include "usage.hpp"
+#include "shot.hpp"
 
 namespace tremula::cli {
 namespace {
-
-const std::map<std::string, GroundKind> ground_kinds{
-    {"none", GroundKind::none}, {"grass", GroundKind::grass}, {"soil", GroundKind::soil},
-    {"sand", GroundKind::sand}, {"snow", GroundKind::snow},   {"plain", GroundKind::plain}};
 
 const std::map<std::string, Denoiser> denoisers{{"own", Denoiser::own},
                                                 {"oidn", Denoiser::open_image_denoise}};
@@ -86,200 +72,18 @@ class FilmProgress {
   bool watched_ = isatty(STDERR_FILENO) == 1;
 };
 
-// What moves, at rest and at some instants, for a camera to frame: the skin of a few, boxes of many.
-std::vector<Eigen::Vector3f> points_of(const SharedLoops& loops) {
-  constexpr int instants = 6;
-  constexpr std::size_t few = 4, most_points = 4000;  // copies; points of a skin
-  std::vector<Eigen::Vector3f> points;
-  for (const std::shared_ptr<const Loop>& loop : loops) {
-    std::vector<Eigen::Vector3f> own;
-    const std::vector<Eigen::Vector3f>& rest = loop->rest->position;
-    const std::size_t stride = 1 + rest.size() / most_points;
-    for (int i = 0; i < instants; ++i) {
-      const SurfaceDelta delta = loop->skin_at(loop->period * i / instants);
-      for (std::size_t v = 0; v < rest.size(); v += stride) own.push_back(rest[v] + delta.position[v]);
-    }
-    if (loop->instances.size() > few) {
-      Eigen::AlignedBox3f box;
-      for (const Eigen::Vector3f& point : own) box.extend(point);
-      own.clear();
-      for (int corner = 0; corner < 8; ++corner)
-        own.push_back(box.corner(static_cast<Eigen::AlignedBox3f::CornerType>(corner)));
-    }
-    for (const Instance& instance : loop->instances) {
-      const Eigen::Matrix3f turn = (instance.scale * instance.rotation()).cast<float>();
-      for (const Eigen::Vector3f& point : own)
-        points.push_back(turn * point + instance.position.cast<float>());
-    }
-  }
-  return points;
-}
-
-// From where the first of what moves is best looked at.
-double azimuth_of(const SharedLoops& loops, double heading) {
-  const Loop& loop = *loops.front();
-  std::vector<std::vector<Eigen::Vector3f>> normals;
-  for (int i = 0; i < 4; ++i) {
-    const SurfaceDelta delta = loop.skin_at(loop.period * i / 4);
-    std::vector<Eigen::Vector3f> pose;
-    for (std::size_t v = 0; v < delta.normal.size(); ++v)
-      pose.push_back((loop.rest->normal[v] + delta.normal[v]).normalized());
-    normals.push_back(std::move(pose));
-  }
-  return azimuth_across(normals, heading * std::numbers::pi / 180);
-}
-
-FilmCamera camera_of(const Scene& scene, const SceneCommands& commands, const MovingScene& moving) {
-  SharedLoops framed = moving.loops();
-  if (!scene.camera.frame.empty()) {
-    framed.clear();
-    for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      if (std::ranges::find(scene.camera.frame, scene.objects[i].name) == scene.camera.frame.end()) continue;
-      framed.insert(framed.end(), moving.objects[i].begin(), moving.objects[i].end());
-    }
-  }
-  const bool stands = scene.camera.eye || !scene.camera.path.empty();
-  std::vector<Eigen::Vector3f> points;
-  if (!stands) points = points_of(framed);
-  const Eigen::Vector2d size = scene.picture.size.cast<double>();
-  return film_camera(scene.camera, scene.ground,
-                     {.points = points,
-                      .aspect = size.x() / size.y(),
-                      .period = commands.loop.period,
-                      .azimuth = stands ? 0 : azimuth_of(framed, commands.wind.heading)});
-}
-
-TraceScene trace_scene(const Scene& scene, bool under_water, SharedLoops loops) {
-  TraceScene traced{.loops = std::move(loops),
-                    .ground = {ground_kinds.at(scene.ground.kind), scene.ground.height, scene.ground.color,
-                               scene.ground.grass_height}};
-  traced.under_water = scene.medium.kind == "water" || (scene.medium.kind == "auto" && under_water);
-  traced.haze.extinction = extinction_of(scene.medium, traced.under_water);
-  traced.daylight = {.sun_azimuth = scene.sky.sun_azimuth,
-                     .sun_elevation = scene.sky.sun_elevation,
-                     .turbidity = scene.sky.turbidity};
-  if (scene.sky.uniform) {
-    const auto radiance = static_cast<float>(*scene.sky.uniform);
-    traced.uniform_sky = Eigen::Vector3f(radiance, radiance, radiance);
-  }
-  return traced;
-}
-
-// A plant alone stands on the ground where it is lowest; a sheet flies high above it. The sun is behind the
-// right shoulder of who looks across the wind.
-void stand_alone(Scene& scene, const SceneCommands& commands, const Surface& rest) {
-  float low = std::numeric_limits<float>::infinity(), high = -low;
-  for (const Eigen::Vector3f& point : rest.position) {
-    low = std::min(low, point.z());
-    high = std::max(high, point.z());
-  }
-  const bool hangs = !rest.parts.empty() && rest.parts.front().material.name == "cloth";
-  scene.ground.height = hangs ? low - 1.5F * std::max(1.0F, high - low) : low;
-  if (commands.under_water) scene.ground.kind = "sand";
-  constexpr double from_camera = 50;  // [degrees]
-  scene.sky.sun_azimuth = (commands.wind.heading - 105 + from_camera) * std::numbers::pi / 180;
-}
-
-// As bright as the day, and its white is the sun's about noon.
-ToneMapping tones_of(const TraceScene& traced, double stops) {
-  if (traced.uniform_sky) return {.exposure = exposure_of(*traced.uniform_sky, stops), .dither = true};
-  return {.exposure = exposure_of(Daylight(traced.daylight), stops), .white = daylight_white, .dither = true};
-}
-
-std::string folder_of(const std::string& path) { return std::filesystem::path(path).parent_path().string(); }
-
-// A folder for frames is made where it is not there.
-bool has_folder(const FrameFiles& files) {
-  const std::string folder = folder_of(files.path);
-  return folder.empty() || std::filesystem::exists(folder);
-}
-
-void make_folders(const std::vector<FrameFiles>& files) {
-  for (const FrameFiles& each : files) {
-    if (each.form != FrameForm::sequence || has_folder(each)) continue;
-    std::error_code error;
-    std::filesystem::create_directories(folder_of(each.path), error);
-    if (error) throw Error(folder_of(each.path) + ": " + error.message());
+// Light, guides, noise and what the denoiser holds of them.
+void check_memory(const ScenePicture& picture) {
+  constexpr double bytes_a_pixel = 160, gigabyte = 1e9;
+  const double wanted = bytes_a_pixel * picture.size.x() * picture.size.y();
+  const auto present = static_cast<double>(available_memory());
+  if (wanted > present) {
+    throw Error(printed(
+        "a picture of %d x %d pixels wants about %.3g GB of memory and there are %.3g GB: take a smaller "
+        "--size",
+        picture.size.x(), picture.size.y(), wanted / gigabyte, present / gigabyte));
   }
 }
-
-// What would be written; in folders that are not there yet nothing can be overwritten.
-std::vector<Place> output_places(const std::vector<FrameFiles>& files, const std::vector<int>& frames,
-                                 const std::string& report) {
-  std::vector<Place> places{{"--report", report}};
-  for (const FrameFiles& each : files) {
-    if (each.form != FrameForm::sequence) {
-      places.push_back({"-o", each.path});
-    } else if (has_folder(each)) {
-      for (const int frame : frames) places.push_back({"-o", each.path_of(frame)});
-    }
-  }
-  return places;
-}
-
-// The light of every frame, made into what its files hold.
-class FrameWriter {
- public:
-  // `stills`: where pictures that are one file go.
-  FrameWriter(const std::vector<FrameFiles>& files, std::optional<Denoiser> denoiser,
-              const ScenePicture& picture, const ToneMapping& tones, int frames, double frames_per_second,
-              Outputs& stills)
-      : files_(files), denoiser_(denoiser), tones_(tones), stills_(stills) {
-    for (const FrameFiles& each : files) {
-      if (each.form != FrameForm::film) continue;
-      films_.push_back(std::make_unique<Film>(each.path, FilmSettings{.width = picture.size.x(),
-                                                                      .height = picture.size.y(),
-                                                                      .frames = frames,
-                                                                      .frame_rate = frames_per_second,
-                                                                      .crf = {}}));
-    }
-  }
-
-  // Whether all files of this frame are there.
-  bool has(int frame) const {
-    return std::ranges::all_of(files_, [&](const FrameFiles& each) {
-      return each.form == FrameForm::sequence && std::filesystem::exists(each.path_of(frame));
-    });
-  }
-
-  Image shown(const TracedImage& traced) const { return tone_map(light_of(traced), tones_); }
-
-  // A frame that has a file of its own is written at once: what is finished stays when the work is stopped.
-  void write(int frame, const TracedImage& traced) {
-    const LinearImage light = light_of(traced);
-    const Image image = tone_map(light, tones_);
-    for (const std::unique_ptr<Film>& film : films_) film->add(image);
-    for (const FrameFiles& each : files_) {
-      if (each.form == FrameForm::film) continue;
-      const std::string bytes = each.extension == ".exr" ? encode_exr(exposed(light)) : encode_png(image);
-      if (each.form == FrameForm::still)
-        stills_.add(each.path, bytes);
-      else
-        write_file_atomically(each.path_of(frame), bytes);
-    }
-  }
-
-  void finish() {
-    for (const std::unique_ptr<Film>& film : films_) film->finish();
-  }
-
- private:
-  LinearImage light_of(const TracedImage& traced) const {
-    return denoiser_ ? denoise(traced, *denoiser_) : traced.light;
-  }
-
-  // As bright as what is shown, and linear.
-  LinearImage exposed(LinearImage light) const {
-    for (float& value : light.rgb) value *= static_cast<float>(tones_.exposure);
-    return light;
-  }
-
-  const std::vector<FrameFiles>& files_;
-  std::optional<Denoiser> denoiser_;
-  ToneMapping tones_;
-  Outputs& stills_;
-  std::vector<std::unique_ptr<Film>> films_;
-};
 
 void add(TraceCounts& total, const TraceCounts& counts) {
   total.rays += counts.rays;
@@ -322,6 +126,8 @@ std::vector<FrameFiles> RenderCommand::frame_outputs() const {
                        "frames/%04d.png: what is one file is made whole");
     if (!sheet.empty() && (last.form != FrameForm::still || last.extension != ".png"))
       throw InputError("--sheet", "given with -o " + path, "-o FILE.png");
+    if (last.extension == ".exr" && !has_exr())
+      throw Error("-o " + path + ": this program was built without OpenEXR (libopenexr-dev)");
   }
   return files;
 }
@@ -372,6 +178,7 @@ void RenderCommand::run(const CLI::App& flags) const {
   Scene scene = open_scene(plant.input);
   set_picture(scene.picture);
   const ScenePicture& picture = scene.picture;
+  check_memory(picture);
   const SceneCommands commands = commands_of(scene, flags);
   const std::vector<int> picked = picked_frames(files, commands.loop.sample_count);
   std::vector<Place> inputs = commands.input_places();
@@ -391,8 +198,12 @@ void RenderCommand::run(const CLI::App& flags) const {
   std::optional<Denoiser> chosen;
   if (picture.denoise) chosen = denoisers.at(denoiser);
   make_folders(files);
-  FrameWriter writer(files, chosen, picture, tones, static_cast<int>(picked.size()),
-                     commands.frames_per_second, stills);
+  FrameWriter writer(files,
+                     {.width = picture.size.x(),
+                      .height = picture.size.y(),
+                      .frames = static_cast<int>(picked.size()),
+                      .frames_per_second = commands.frames_per_second},
+                     chosen, tones, stills);
   std::vector<Image> cells;
   std::vector<std::string> labels;
   TraceCounts total;
