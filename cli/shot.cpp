@@ -3,7 +3,6 @@
 #include "tremula/scene/haze.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -13,6 +12,8 @@
 
 namespace tremula::cli {
 namespace {
+
+constexpr double degree = std::numbers::pi / 180;
 
 const std::map<std::string, GroundKind> ground_kinds{
     {"none", GroundKind::none}, {"grass", GroundKind::grass}, {"soil", GroundKind::soil},
@@ -58,7 +59,7 @@ double azimuth_of(const SharedLoops& loops, double heading) {
       pose.push_back((loop.rest->normal[v] + delta.normal[v]).normalized());
     normals.push_back(std::move(pose));
   }
-  return azimuth_across(normals, heading * std::numbers::pi / 180);
+  return azimuth_across(normals, heading * degree);
 }
 
 }  // namespace
@@ -100,16 +101,19 @@ TraceScene trace_scene(const Scene& scene, bool under_water, SharedLoops loops) 
 }
 
 void stand_alone(Scene& scene, const SceneCommands& commands, const Surface& rest) {
-  float low = std::numeric_limits<float>::infinity(), high = -low;
-  for (const Eigen::Vector3f& point : rest.position) {
-    low = std::min(low, point.z());
-    high = std::max(high, point.z());
-  }
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& point : rest.position) box.extend(point);
+  const double low = box.min().z(), size = box.sizes().maxCoeff();
   const bool hangs = !rest.parts.empty() && rest.parts.front().material.name == "cloth";
-  scene.ground.height = hangs ? low - 1.5F * std::max(1.0F, high - low) : low;
-  if (commands.under_water) scene.ground.kind = "sand";
+  scene.ground.height = hangs ? low - 3 * size : low;
+  if (hangs) scene.camera.elevation = -12 * degree;
+  if (commands.under_water) {
+    scene.ground.kind = "sand";
+    scene.medium.visibility =
+        std::max(default_visibility_in_water, 8 * size);  // it is seen from 2 or 3 times its size
+  }
   constexpr double from_camera = 50;  // [degrees]
-  scene.sky.sun_azimuth = (commands.wind.heading - 105 + from_camera) * std::numbers::pi / 180;
+  scene.sky.sun_azimuth = (commands.wind.heading - 105 + from_camera) * degree;
 }
 
 ToneMapping tones_of(const TraceScene& traced, double stops) {

@@ -35,13 +35,13 @@ scene() {  # scene, options of render
   ffmpeg -y -loglevel error -i "$work/$name.png" -c:v libwebp -quality 85 "docs/figures/$name.webp"
 }
 for scene in scenes/*.toml; do scene "$scene"; done
-loop() {  # scene, file, quality, samples
-  tremula render "$1" --size 640x360 --fps 12 --period 10 --samples "$4" -o "$work/$2/%04d.png"
-  ffmpeg -y -loglevel error -framerate 12 -i "$work/$2/%04d.png" -c:v libwebp_anim -loop 0 -quality "$3" \
+loop() {  # scene, file, frames a second, samples, quality
+  tremula render "$1" --size 640x360 --fps "$3" --period 10 --samples "$4" -o "$work/$2/%04d.png"
+  ffmpeg -y -loglevel error -framerate "$3" -i "$work/$2/%04d.png" -c:v libwebp_anim -loop 0 -quality "$5" \
     -compression_level 6 "docs/figures/$2.webp"
 }
-loop scenes/stam-figure-4.toml small-tree-loop 60 16
-loop scenes/stam-figure-5.toml forest-loop 45 8
+loop scenes/stam-figure-4.toml small-tree-loop 12 16 60
+loop scenes/stam-figure-5.toml forest-loop 10 4 45
 
 row flag 0 1040 docs/figures/flag.png --wind-speed 8 --period 20 --seed 1
 row seagrass 0 1040 docs/figures/seagrass.png --wind-speed 6 --period 20 --seed 1
