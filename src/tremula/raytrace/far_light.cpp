@@ -28,7 +28,7 @@ FarLight::FarLight(const TraceScene& scene) : extinction_(scene.haze.extinction)
     water_ = false;
     return;
   }
-  daylight_.emplace(scene.daylight);
+  daylight_ = std::make_shared<const Daylight>(scene.daylight);
   sun_ = daylight_->sun_irradiance();
   cosine_ = daylight_->sun_cosine();
   Vector3f to_sun = daylight_->to_sun();

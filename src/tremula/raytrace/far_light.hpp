@@ -6,7 +6,7 @@
 #include "tremula/render/sky.hpp"
 
 #include <array>
-#include <optional>
+#include <memory>
 
 namespace tremula {
 
@@ -15,9 +15,9 @@ class FarLight {
   explicit FarLight(const TraceScene& scene);
 
   bool has_sun() const { return sun_.maxCoeff() > 0; }
-  bool sampled() const { return daylight_.has_value() && !water_; }  // worth asking for directions
-  Rgb sky(const Eigen::Vector3f& direction) const;                   // radiance, without the sun's disc
-  Rgb disc(const Eigen::Vector3f& direction) const;                  // radiance of the sun's disc
+  bool sampled() const { return daylight_ != nullptr && !water_; }  // worth asking for directions
+  Rgb sky(const Eigen::Vector3f& direction) const;                  // radiance, without the sun's disc
+  Rgb disc(const Eigen::Vector3f& direction) const;                 // radiance of the sun's disc
   Rgb sun_at(
       const Eigen::Vector3f& point) const;  // irradiance on a plane that faces it; waves gather it in water
   Eigen::Vector3f to_sun(const Eigen::Vector2f& random) const { return to_cone(random, axes_, cosine_); }
@@ -33,7 +33,7 @@ class FarLight {
   Rgb haze(const Eigen::Vector3f& direction) const;
 
  private:
-  std::optional<Daylight> daylight_;
+  std::shared_ptr<const Daylight> daylight_;  // none under a uniform sky
   Rgb uniform_ = Rgb::Zero(), sun_ = Rgb::Zero(), extinction_ = Rgb::Zero();
   LocalAxes axes_{Eigen::Vector3f::UnitZ()};  // of the sun
   float cosine_ = 1;
