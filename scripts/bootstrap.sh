@@ -14,12 +14,11 @@ packages=(
   g++ cmake ninja-build ca-certificates
   libeigen3-dev libfftw3-dev librandom123-dev libtbb-dev
   libcli11-dev nlohmann-json3-dev zlib1g-dev libmeshoptimizer-dev libstb-dev libtomlplusplus-dev
-  libopenexr-dev
 )
 # A Node.js from elsewhere is as good as the system's, as long as it brings npm.
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
 # What needs one of these is left out, or skips and says so, where the system has no such package.
-if_there_is=(libembree-dev)
+if_there_is=(libembree-dev libopenexr-dev)
 npm_omits=(--omit=dev)
 case $purpose in
   build) ;;
@@ -42,20 +41,27 @@ missing=()
 for package in "${packages[@]}"; do installed "$package" || missing+=("$package"); done
 wished=()
 for package in ${if_there_is[@]+"${if_there_is[@]}"}; do installed "$package" || wished+=("$package"); done
+install() {
+  echo "bootstrap: installing $*"
+  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$@"
+}
 if [ $((${#missing[@]} + ${#wished[@]})) -gt 0 ]; then
   # Lists are fetched for what must be there; for a wish alone only where there are none yet.
   if [ ${#missing[@]} -gt 0 ] || ! can_be_installed g++; then "${sudo[@]}" apt-get update -qq; fi
+  granted=()
   for package in ${wished[@]+"${wished[@]}"}; do
     if can_be_installed "$package"; then
-      missing+=("$package")
+      granted+=("$package")
     else
       echo "bootstrap: this system has no package $package; what needs it will skip"
     fi
   done
-fi
-if [ ${#missing[@]} -gt 0 ]; then
-  echo "bootstrap: installing ${missing[*]}"
-  "${sudo[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}"
+  if [ ${#missing[@]} -gt 0 ]; then install "${missing[@]}"; fi
+  # Lists that are old name packages that are gone.
+  if [ ${#granted[@]} -gt 0 ] && ! install "${granted[@]}"; then
+    { "${sudo[@]}" apt-get update -qq && install "${granted[@]}"; } ||
+      echo "bootstrap: ${granted[*]} could not be installed; what needs them will skip"
+  fi
 fi
 
 # The viewer's packages, pinned by its lock file; skipped while they are those of the lock file. What the tests take
