@@ -7,12 +7,11 @@
 #include "tremula/io/html.hpp"
 
 #include <algorithm>
-#include <charconv>
 #include <iostream>
 #include <memory>
-#include <numeric>
 
 #include "animate.hpp"
+#include "frame_files.hpp"
 
 namespace tremula::cli {
 namespace {
@@ -103,26 +102,9 @@ std::string told(const WrittenModel& model) {
 
 }  // namespace
 
+// A loop begins again with the frame after its last.
 std::vector<int> AnimateCommand::picked_frames(int sample_count) const {
-  int first = 0, last = sample_count - 1;
-  if (!frames.empty()) {
-    const char *begin = frames.data(), *end = begin + frames.size();
-    const auto one = std::from_chars(begin, end, first);
-    bool good = one.ec == std::errc{};
-    last = first;
-    if (good && one.ptr != end) {
-      const auto two = std::from_chars(one.ptr + 1, end, last);
-      good = *one.ptr == '-' && two.ec == std::errc{} && two.ptr == end;
-    }
-    const int most = plant.is_clip() ? sample_count - 1 : sample_count;  // a loop begins again
-    if (!good || first < 0 || first > last || last > most) {
-      throw InputError("--frames", "'" + frames + "'",
-                       "a frame or a range such as 10-20 within 0-" + std::to_string(most));
-    }
-  }
-  std::vector<int> picked(static_cast<std::size_t>(last - first + 1));
-  std::iota(picked.begin(), picked.end(), first);
-  return picked;
+  return frames_of(frames, sample_count, plant.is_clip() ? sample_count - 1 : sample_count);
 }
 
 // For every output, what is written into it.

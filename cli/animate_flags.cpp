@@ -97,7 +97,7 @@ void add_animate(CLI::App& app) {
          "Where to read bending moment, shear, axial force, torsion and strain: base, stem:1.3 (metres along "
          "the stem) or branch:12:0.5; may be repeated. Into the .csv instead of poses, and into the report")
       ->take_all();
-  sub.add_option("--frames", command->frames, "Frames for .csv: 17 or 10-20 (all)");
+  sub.add_option("--frames", command->frames, "Frames for .csv: 17, 10-20, or 0-90:10 for every tenth (all)");
   sub.add_option("--form", command->form,
                  "Of .glb and .html. skin: bones, which bend; morph: targets, which stretch what sways far "
                  "(skin; morph for "

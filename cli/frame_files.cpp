@@ -56,7 +56,7 @@ FrameFiles frame_files(const std::string& path) {
   return files;
 }
 
-std::vector<int> frames_of(const std::string& text, int count) {
+std::vector<int> frames_of(const std::string& text, int count, int most) {
   int first = 0, last = count - 1, step = 1;
   if (!text.empty()) {
     const char *at = text.data(), *end = at + text.size();
@@ -69,10 +69,10 @@ std::vector<int> frames_of(const std::string& text, int count) {
     last = first;
     if (good && at != end && *at == '-') good = ++at != end && take(last);
     if (good && at != end && *at == ':') good = ++at != end && take(step);
-    if (!good || at != end || first < 0 || first > last || last >= count || step < 1) {
-      throw InputError("--frames", "'" + text + "'",
-                       "a frame, a range such as 10-20, or every tenth of one, 0-90:10, within 0-" +
-                           std::to_string(count - 1));
+    if (!good || at != end || first < 0 || first > last || last > most || step < 1) {
+      throw InputError(
+          "--frames", "'" + text + "'",
+          "a frame, a range such as 10-20, or every tenth of one, 0-90:10, within 0-" + std::to_string(most));
     }
   }
   std::vector<int> frames;

@@ -27,8 +27,8 @@ struct FrameFiles {
 // Throws InputError for a path that has another extension, or other % than one of %d, %4d, %04d.
 FrameFiles frame_files(const std::string& path);
 
-// "17", "10-20", "0-470:10" as frames of a film of so many; "" takes all. Throws InputError.
-std::vector<int> frames_of(const std::string& text, int count);
+// "17", "10-20", "0-470:10" as frames up to `most`; "" takes the `count` of a film. Throws InputError.
+std::vector<int> frames_of(const std::string& text, int count, int most);
 
 // A folder for frames is made where it is not there. Throws Error.
 void make_folders(const std::vector<FrameFiles>& files);

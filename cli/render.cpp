@@ -157,7 +157,7 @@ std::vector<int> RenderCommand::picked_frames(const std::vector<FrameFiles>& fil
     for (int i = 0; i < wanted; ++i) picked.push_back(static_cast<int>(std::int64_t{i} * count / wanted));
     return picked;
   }
-  std::vector<int> picked = frames_of(still && frames.empty() ? "0" : frames, count);
+  std::vector<int> picked = frames_of(still && frames.empty() ? "0" : frames, count, count - 1);
   if (still && picked.size() > 1)
     throw InputError("--frames", "'" + frames + "'",
                      "one frame for one picture; -o frames/%04d.png for more");

@@ -158,7 +158,8 @@ SharedLoops move_object(const SceneObjectCommand& command, int headings, std::ve
         loop = make_loop(subject->structure, prepared.surface, std::move(motion),
                          turned.loop_facts(prepared.plant, wind));
       } else {
-        PreparedPlant again = turned.prepare(command.flags(), turned.conditions(), log, warnings);
+        PreparedPlant again =
+            k == 0 ? prepared : turned.prepare(command.flags(), turned.conditions(), log, warnings);
         Subject baked = turned.bake(again, progress, warnings);
         Motion motion =
             turned.move(baked, again.conditions.weather, superposed, progress, log, warnings).motion;

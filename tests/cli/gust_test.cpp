@@ -19,9 +19,8 @@ namespace {
 using test::contents;
 using test::Outcome;
 using test::run;
+using test::write;
 using testing::HasSubstr;
-
-void write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
 nlohmann::json report_in(const test::TemporaryFolder& folder) {
   return nlohmann::json::parse(contents(folder / "r.json"));

@@ -35,6 +35,10 @@ inline Outcome run(const TemporaryFolder& folder, const std::string& arguments,
   return outcome;
 }
 
+inline void write(const std::string& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+}
+
 inline std::size_t file_count(const TemporaryFolder& folder) {
   std::size_t count = 0;
   for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path)) ++count;

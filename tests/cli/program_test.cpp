@@ -33,6 +33,14 @@ void expect_refused(const std::string& arguments, const std::vector<std::string>
   EXPECT_EQ(file_count(folder), 0U) << arguments << " left a file";
 }
 
+TEST(Program, AnimateWritesEveryTenthFrameWhereThatIsAskedFor) {
+  const test::TemporaryFolder folder;
+  ASSERT_EQ(run(folder, "animate sapling --period 2 --fps 10 --frames 0-20:10 -o a.csv").code, 0);
+  const std::string table = contents(folder / "a.csv");
+  for (const char* row : {"\n0,", "\n10,", "\n20,"}) EXPECT_THAT(table, HasSubstr(row));
+  for (const char* row : {"\n1,", "\n9,", "\n11,"}) EXPECT_THAT(table, testing::Not(HasSubstr(row)));
+}
+
 TEST(Program, HelpOfEveryCommandHasExamples) {
   const test::TemporaryFolder folder;
   for (const std::string command : {"", "animate", "modes", "grow", "wind", "info", "beam"}) {

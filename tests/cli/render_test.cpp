@@ -25,10 +25,9 @@ using test::contents;
 using test::file_count;
 using test::Outcome;
 using test::run;
+using test::write;
 using testing::HasSubstr;
 using testing::Not;
-
-void write(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
 const std::string small = " --size 32x18 --samples 1 ";
 

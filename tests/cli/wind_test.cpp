@@ -17,6 +17,7 @@ using test::contents;
 using test::file_count;
 using test::Outcome;
 using test::run;
+using test::write;
 using testing::HasSubstr;
 using testing::StartsWith;
 
@@ -42,10 +43,6 @@ std::string small_bts(std::int16_t id = 7, int steps = 4) {
     for (int p = 0; p < 8; ++p)
       for (int c = 0; c < 3; ++c) append(bytes, static_cast<std::int16_t>(1000 * (t % 4) + 100 * c + p));
   return bytes;
-}
-
-void write(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 TEST(InfoOfAWindField, SaysAsJsonWhatWasRead) {

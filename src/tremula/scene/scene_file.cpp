@@ -283,23 +283,6 @@ bool is_there(const std::filesystem::path& path) {
   return std::filesystem::exists(path, ignored);
 }
 
-const char* wanted_of(SettingKind kind) {
-  switch (kind) {
-    case SettingKind::number:
-      return "a number";
-    case SettingKind::integer:
-      return "a whole number";
-    case SettingKind::text:
-    case SettingKind::file:
-      return "a text";
-    case SettingKind::toggle:
-      return "true or false";
-    case SettingKind::list:
-      return "a list of numbers or texts";
-  }
-  return "";
-}
-
 std::vector<std::string> values_of(const Reader& reader, const toml::node& node, const std::string& what,
                                    SettingKind kind) {
   const auto refuse = [&](const toml::node& at) { reader.fail(at, what, found_in(at), wanted_of(kind)); };

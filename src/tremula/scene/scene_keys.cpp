@@ -517,7 +517,18 @@ void add_table(const SceneTable<Owner>& table, std::string& text) {
   add_rows(table, text);
 }
 
-const char* words_of(SettingKind kind) {
+void add_settings(std::span<const KnownSetting> settings, SettingScope scope, const char* title,
+                  std::string& text) {
+  text += std::string("\n### ") + title + "\n\n| key | value | what it is |\n|---|---|---|\n";
+  for (const KnownSetting& setting : settings) {
+    if (setting.scope != scope) continue;
+    text += "| `" + setting.key + "` | " + wanted_of(setting.kind) + " | " + setting.meaning + " |\n";
+  }
+}
+
+}  // namespace
+
+const char* wanted_of(SettingKind kind) {
   switch (kind) {
     case SettingKind::number:
       return "a number";
@@ -530,21 +541,10 @@ const char* words_of(SettingKind kind) {
     case SettingKind::toggle:
       return "true or false";
     case SettingKind::list:
-      return "a list";
+      return "a list of numbers or texts";
   }
   return "";
 }
-
-void add_settings(std::span<const KnownSetting> settings, SettingScope scope, const char* title,
-                  std::string& text) {
-  text += std::string("\n### ") + title + "\n\n| key | value | what it is |\n|---|---|---|\n";
-  for (const KnownSetting& setting : settings) {
-    if (setting.scope != scope) continue;
-    text += "| `" + setting.key + "` | " + words_of(setting.kind) + " | " + setting.meaning + " |\n";
-  }
-}
-
-}  // namespace
 
 const SceneKeys& scene_keys() {
   static const SceneKeys keys = all_keys();

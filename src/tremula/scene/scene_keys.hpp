@@ -79,6 +79,7 @@ struct SceneKeys {
 const SceneKeys& scene_keys();
 
 // What a value should be, for messages: "a number from 1 to 10".
+const char* wanted_of(SettingKind kind);
 template <class Owner>
 std::string wanted_of(const SceneKey<Owner>& key);
 
