@@ -8,7 +8,7 @@ set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame f
     plate_element prestress round_section sag sheet sheet_presets sites structure uniform_beam)
 set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_script gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
-    turbulent_wind_at_points waves)
+    travelling_field turbulent_wind_at_points waves)
 set(dynamics_headers basis branch_oscillators damping drag_in_time flapping flutter foliage free_decay gauge gauge_reading gust_average gust_response lean
     loads motion motion_statistics oscillators principal_motion pull response shelter static_correction transfer
     wind_forces)
