@@ -143,18 +143,63 @@ std::complex<float> weighted(const std::complex<float>* row, const std::array<fl
   return {real, imaginary};
 }
 
+// Places are worked off in pieces that stay in the first-level cache.
+constexpr int piece = 64;
+struct Pieces {
+  alignas(64) std::int32_t node[piece];  // the first of its sixteen
+  alignas(64) float across[4][piece];
+  alignas(64) float up[4][piece];  // with the octave's weight and the variance of the place in them
+};
+
+TREMULA_CLONES void find_weights(int count, const double* across, const double* up, double columns_per_metre,
+                                 double rows_per_metre, double first_column, double first_row,
+                                 std::int32_t columns, float share, Pieces& out) {
+  for (int i = 0; i < count; ++i) {
+    const double x = across[i] * columns_per_metre - first_column, y = up[i] * rows_per_metre - first_row;
+    const auto column = static_cast<std::int32_t>(x), row = static_cast<std::int32_t>(y);
+    out.node[i] = (row - 1) * columns + column - 1;
+    const auto t = static_cast<float>(x - column), s = static_cast<float>(y - row);
+    const float u = 1 - t, v = 1 - s;
+    constexpr float sixth = 1.0F / 6;
+    const float x0 = sixth * u * u * u, x1 = sixth * (4 - 3 * t * t * (2 - t)),
+                x2 = sixth * (4 - 3 * u * u * (2 - u)), x3 = sixth * t * t * t;
+    const float y0 = sixth * v * v * v, y1 = sixth * (4 - 3 * s * s * (2 - s)),
+                y2 = sixth * (4 - 3 * v * v * (2 - v)), y3 = sixth * s * s * s;
+    const float variance = (x0 * x0 + x1 * x1 + x2 * x2 + x3 * x3) * (y0 * y0 + y1 * y1 + y2 * y2 + y3 * y3);
+    const float size = std::sqrt(share / variance);
+    out.across[0][i] = x0, out.across[1][i] = x1, out.across[2][i] = x2, out.across[3][i] = x3;
+    out.up[0][i] = size * y0, out.up[1][i] = size * y1, out.up[2][i] = size * y2, out.up[3][i] = size * y3;
+  }
+}
+
+TREMULA_CLONES void add_nodes(int count, const Pieces& pieces, const float* nodes, std::int32_t columns,
+                              float* values) {
+  for (int i = 0; i < count; ++i) {
+    const float* row = nodes + 2 * static_cast<std::ptrdiff_t>(pieces.node[i]);
+    const std::ptrdiff_t next = 2 * static_cast<std::ptrdiff_t>(columns);
+    const float y0 = pieces.up[0][i], y1 = pieces.up[1][i], y2 = pieces.up[2][i], y3 = pieces.up[3][i];
+    float sum[8];
+    for (int k = 0; k < 8; ++k)
+      sum[k] = (y0 * row[k] + y1 * row[next + k]) + (y2 * row[2 * next + k] + y3 * row[3 * next + k]);
+    const float x0 = pieces.across[0][i], x1 = pieces.across[1][i], x2 = pieces.across[2][i],
+                x3 = pieces.across[3][i];
+    values[2 * i] += (x0 * sum[0] + x1 * sum[2]) + (x2 * sum[4] + x3 * sum[6]);
+    values[2 * i + 1] += (x0 * sum[1] + x1 * sum[3]) + (x2 * sum[5] + x3 * sum[7]);
+  }
+}
+
 void add_from_patch(const Patch& patch, const Octave& octave, std::span<const double> across,
                     std::span<const double> up, double columns_per_metre, double rows_per_metre,
                     const LatticeWork& work, std::complex<float>* values) {
-  for (std::size_t i = 0; i < across.size(); ++i) {
-    const Cell cell = cell_of(across[i] * columns_per_metre, up[i] * rows_per_metre);
-    const auto wx = spline_weights(cell.across), wy = spline_weights(cell.up);
-    const std::complex<float>* node = work.nodes.data() + (cell.row - 1 - patch.first_row) * patch.columns +
-                                      cell.column - 1 - patch.first_column;
-    std::complex<float> sum = 0;
-    for (std::size_t r = 0; r < 4; ++r, node += patch.columns) sum += wy[r] * weighted(node, wx);
-    values[i] +=
-        std::sqrt(static_cast<float>(octave.share) / (sum_of_squares(wx) * sum_of_squares(wy))) * sum;
+  Pieces pieces;
+  const auto columns = static_cast<std::int32_t>(patch.columns);
+  for (std::size_t start = 0; start < across.size(); start += piece) {
+    const int count = static_cast<int>(std::min<std::size_t>(piece, across.size() - start));
+    find_weights(count, across.data() + start, up.data() + start, columns_per_metre, rows_per_metre,
+                 static_cast<double>(patch.first_column), static_cast<double>(patch.first_row), columns,
+                 static_cast<float>(octave.share), pieces);
+    add_nodes(count, pieces, reinterpret_cast<const float*>(work.nodes.data()), columns,
+              reinterpret_cast<float*>(values + start));
   }
 }
 
