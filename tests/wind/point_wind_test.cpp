@@ -133,5 +133,16 @@ TEST(Wind, OfTheWorldRefusesAmplitudesOfPhasesOnly) {
   EXPECT_THROW(wind_at_points(Wind(turbulent, Realisation::of_world), {20, 200}, Vec3(0, 0, 1)), InputError);
 }
 
+TEST(Wind, MovedAcrossIsThatOfThePlaceToTheLeftOfItsHeading) {
+  const Wind wind(turbulent_wind({.speed = 6, .heading = 90}, 0.2), Realisation::of_world);
+  const TimeAxis loop{20, 200};
+  const Vec3 here(2, 1, 4), there = here - 30 * Vec3::UnitX();
+  const Wind moved = moved_across(wind, 30);
+  EXPECT_EQ(wind_at_points(moved, loop, here).velocity(7, 0),
+            wind_at_points(wind, loop, there).velocity(7, 0));
+  EXPECT_EQ(moved.statistics(here).mean, wind.statistics(there).mean);
+  EXPECT_THROW(moved_across(wind, NAN), InputError);
+}
+
 }  // namespace
 }  // namespace tremula

@@ -181,6 +181,24 @@ Wind::Wind(const GivenWind& wind)
         return tremula::at_points(wind, loop, points);
       }) {}
 
+Wind moved_across(Wind wind, double across) {
+  if (!std::isfinite(across))
+    throw InputError("place across the wind", number_text(across), "a length in metres");
+  if (across == 0) return wind;
+  const double heading = wind.reference.heading * std::numbers::pi / 180;
+  const Vec3 offset(-across * std::sin(heading), across * std::cos(heading), 0);
+  if (wind.statistics) {
+    wind.statistics = [there = std::move(wind.statistics), offset](const Vec3& place) {
+      return there(place + offset);
+    };
+  }
+  wind.at_points = [there = std::move(wind.at_points), offset](const TimeAxis& loop,
+                                                               const Eigen::Matrix3Xd& points) {
+    return there(loop, points.colwise() + offset);
+  };
+  return wind;
+}
+
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
   check_at_least("points in the wind", points.cols(), 1);
   if (!points.allFinite())

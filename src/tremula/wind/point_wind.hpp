@@ -65,6 +65,9 @@ struct Wind {
   Wind(const GivenWind& wind);
 };
 
+// The same wind for what stands `across` [m] to the left of its heading, and counts its points from there.
+Wind moved_across(Wind wind, double across);
+
 // points (3 x P) [m], z above the ground. Throws InputError for a wind without at_points or that cannot be
 // at these points, and for what it returns: sizes, and a mean, at once; coefficients and powers that are not
 // finite when they are drawn.
