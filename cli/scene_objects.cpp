@@ -124,7 +124,7 @@ SceneVocabulary scene_vocabulary() {
 SceneObjectCommand::SceneObjectCommand(const Scene& scene, const SceneObject& object, const CLI::App& line)
     : app_("", "animate"), place_(object.place) {
   plant_.input = object.source;
-  plant_.realisation = Realisation::of_world;
+  plant_.shares_wind = true;
   plant_.growth_seed = object.growth_seed;
   plant_.constants = object.constants;
   plant_.colors = {object.bark_color, object.color ? object.color : object.leaf_color};
