@@ -267,8 +267,8 @@ std::string plot_gusts(const TravellingField& field, const GustView& view) {
                     .y = {"across [m]", view.low.y(), view.high.y()},
                     .series = {}},
                    frame);
-  body += embedded(tint_image(axes, static_cast<int>(std::ceil(frame.width / 2)),
-                              static_cast<int>(std::ceil(frame.height / 2))),
+  body += embedded(tint_image(axes, static_cast<int>(std::ceil(frame.width / 3)),
+                              static_cast<int>(std::ceil(frame.height / 3))),
                    frame);
   std::vector<std::vector<Vector2d>> lines;
   const auto pixels = [&](const Vector2d& place) {
