@@ -18,7 +18,8 @@ using testing::HasSubstr;
 
 // u = 5 + sin over time and columns, v a little, w none, in two rows.
 WindField wavy_field() {
-  WindField field{.grid = {.y_count = 9, .z_count = 2, .step_count = 40, .y_spacing = 0.5, .z_spacing = 2}};
+  WindField field{.grid = {.y_count = 9, .z_count = 2, .step_count = 40, .y_spacing = 0.5, .z_spacing = 2},
+                  .velocity = {}};
   field.grid.mean_speed = 5;
   for (auto& component : field.velocity)
     component.assign(field.grid.point_count() * static_cast<std::size_t>(field.grid.step_count), 0);
