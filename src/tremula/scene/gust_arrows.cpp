@@ -171,13 +171,14 @@ std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> gust_t
   static constexpr float cover = 0.7F;
   return [field, lattice, range](const Eigen::Vector2f& place, double time) -> Eigen::Vector4f {
     const Vector2d at = place.cast<double>();
-    if ((at - lattice.low).minCoeff() < 0 || (lattice.high - at).minCoeff() < 0)
-      return Eigen::Vector4f::Zero();
+    const double inside = std::min((at - lattice.low).minCoeff(), (lattice.high - at).minCoeff());
+    if (inside <= 0) return Eigen::Vector4f::Zero();
     const Vec3 wind = value_at(*field, {at.x(), at.y(), lattice.z}, time);
     const double share =
         (wind.head<2>().norm() - range.slowest) / std::max(range.fastest - range.slowest, 1e-9);
     const Vector3f color = gust_color(share);
-    Eigen::Vector4f tint(0, 0, 0, cover);
+    const double edge = 0.25 * lattice.spacing;  // where it fades
+    Eigen::Vector4f tint(0, 0, 0, cover * static_cast<float>(std::min(1.0, inside / edge)));
     for (int c = 0; c < 3; ++c) tint[c] = linear_from_srgb(color[c]);
     return tint;
   };
