@@ -192,7 +192,10 @@ void RenderCommand::run(const CLI::App& flags) const {
   if (!is_scene(plant.input)) stand_alone(scene, commands, *moving.loops().front()->rest);
   const FilmCamera camera = camera_of(scene, commands, moving);
   moving.things = make_things({scene, commands, camera, log, warnings});
-  const TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
+  TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
+  for (const SceneThing& thing : moving.things) {
+    if (thing.ground_tint) traced.ground.tint = thing.ground_tint;
+  }
   const ToneMapping tones = tones_of(traced, picture.exposure);
   log.begin("scene");
   const Tracer tracer(traced);

@@ -6,6 +6,7 @@
 #include "tremula/scene/scene.hpp"
 #include "tremula/scene/scene_file.hpp"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -79,6 +80,8 @@ struct SceneThing {
   std::size_t count = 0;  // of blades, flakes, trees, …
   SharedLoops loops = {};
   std::vector<std::shared_ptr<const RayShape>> shapes = {};
+  // What it lays over the ground (GroundLook::tint).
+  std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> ground_tint = {};
 };
 
 // The loops of every object, in their order, and all else.

@@ -14,10 +14,10 @@ set(dynamics_headers basis branch_oscillators damping drag_in_time flapping flut
     wind_forces)
 set(deformation_headers bent_pose fit_rig loop morph_targets panel_pose pose principal_shapes rig sheet_pose)
 set(render_headers camera daylight denoise image linear_image render tone_map)
-set(io_headers atomic_file beam_plot contact_sheet exr film frame_file gauge_table gltf gust_table html loop_writers mesh_compression modes_plot pose_table
+set(io_headers atomic_file beam_plot contact_sheet exr film frame_file gauge_table gltf gust_plot gust_table html loop_writers mesh_compression modes_plot pose_table
     profile_table sheet_file skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot
     wind_targets wind_verdict)
-set(scene_headers film_camera haze placing scene scene_file scene_keys)
+set(scene_headers film_camera gust_arrows haze placing scene scene_file scene_keys)
 set(raytrace_headers raytrace)
 foreach(folder base numerics geometry structure modes wind dynamics deformation render raytrace io scene)
   foreach(header ${${folder}_headers})

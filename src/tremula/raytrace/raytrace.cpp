@@ -254,7 +254,9 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
     make_room(*each, options.width, options.height);
   if (options.samples > 1) make_room(image.half, options.width, options.height);
   const auto pixel = static_cast<float>(2 * cameras.front().half_height / options.height);
-  const PathSettings path{posed, impl_->far_light, impl_->scene.ground, options.bounces, pixel};
+  GroundLook ground = impl_->scene.ground;
+  ground.time = time;
+  const PathSettings path{posed, impl_->far_light, ground, options.bounces, pixel};
   const std::uint64_t rays = trace_tiles({options, cameras, path}, image, done);
   if (counts)
     *counts = {rays,  posed.triangle_count(),      posed.copy_count(), posed.pose_count(),

@@ -23,6 +23,10 @@ struct GroundLook {
   double height = 0;                              // [m]
   Eigen::Vector3f color = {0.18F, 0.18F, 0.18F};  // linear albedo, of a plain one
   double grass_height = 0;  // [m] of grass that stands in blades near the camera, 0 … 1; 0: a pattern alone
+  // What is laid over it at a place and a time [s]: a linear albedo, and how much of the ground that covers,
+  // 0–1. Empty: nothing. Called by several threads.
+  std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> tint = {};
+  double time = 0;  // of the tint; a Tracer takes that of the picture
 };
 
 // What is between things: air that hazes what is far, or water.
