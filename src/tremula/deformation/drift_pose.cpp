@@ -182,7 +182,7 @@ SmallMesh card(std::array<std::array<float, 3>, leaf_vertices> corners, float wi
 // Base, middle, tip, left edge, right edge; a fallen leaf is dry and bent more than one on its tree.
 SmallMesh leaf_card() {
   return card({{{0, -0.5F, 0.1F},
-                {0, 0, -0.02F},
+                {0, 0, 0.02F},
                 {0, 0.5F, 0.14F},
                 {-0.34F, -0.24F, 0.1F},
                 {-0.3F, 0.12F, 0.08F},
@@ -219,7 +219,7 @@ SmallMesh mesh_of(DriftForm form) {
 // ---- Turns
 
 float random_of(const DriftPath& path, std::uint32_t number) {
-  return static_cast<float>(uniform({path.mark, RandomStream::drift, number, 1}));
+  return static_cast<float>(uniform({path.mark, RandomStream{15}, number, 1}));
 }
 
 struct Turned {
@@ -299,7 +299,12 @@ Posed posed(const DriftPaths& paths, const DriftStays& shared, std::size_t mesh,
   const DriftStay* stay = last;
   while (stay != first && stay->taken > now) --stay;
   double since = time;
-  if (stay->taken > now) stay = last, since += paths.loop.period;  // still that of the loop before
+  const double period = paths.loop.period;
+  if (stay->taken > now) {
+    stay = last, since += period;  // still that of the loop before
+  } else if (stay == last && first->taken + static_cast<float>(period) <= now) {
+    stay = first, since -= period;  // already that of the next one
+  }
   Posed result;
   result.path = stay->path;
   result.age = static_cast<float>(since - static_cast<double>(stay->birth));

@@ -71,7 +71,7 @@ double normal_number(double a, double b) {
 
 Candidate draw(const Drift& drift, const Door& door, double period, std::uint64_t number) {
   const auto pair = [&](std::uint32_t of) {
-    return two_uniforms({drift.seed, RandomStream::drift, door.number + 16 * of, number});
+    return two_uniforms({drift.seed, RandomStream{15}, door.number + 16 * of, number});
   };
   const auto [x, y] = pair(0);
   const auto [z, time] = pair(1);
@@ -93,9 +93,9 @@ Candidate draw(const Drift& drift, const Door& door, double period, std::uint64_
 class Carrier {
  public:
   Carrier(const TravellingField& gusts, const Drift& drift, double sample_step)
-      : gusts_(gusts), drift_(drift), sample_step_(sample_step), lands_(drift.low.z() <= drift.ground) {
+      : gusts_(gusts), drift_(drift), sample_step_(sample_step), lands_(drift.low.z() <= gusts.ground) {
     low_ = drift.low;
-    if (lands_) low_.z() = drift.ground;
+    if (lands_) low_.z() = gusts.ground;
   }
 
   std::vector<Door> doors() const;
@@ -105,9 +105,7 @@ class Carrier {
               std::vector<std::array<std::int16_t, 3>>& off_line) const;
 
  private:
-  Vec3 wind(const Vec3& place, double time) const {
-    return value_at(gusts_, place - drift_.ground * Vec3::UnitZ(), time);
-  }
+  Vec3 wind(const Vec3& place, double time) const { return value_at(gusts_, place, time); }
   Vec3 velocity_on_entry(const Candidate& candidate) const;
   std::pair<Vec3, Vec3> step(const Vec3& place, const Vec3& velocity, double time, double duration,
                              const Candidate& candidate) const;
@@ -176,7 +174,7 @@ Vec3 Carrier::velocity_on_entry(const Candidate& candidate) const {
   constexpr std::array<double, 3> nodes = {0.4157745567834791, 2.294280360279042, 6.289945082937479};
   constexpr std::array<double, 3> weights = {0.7110930099291730, 0.2785177335692408, 0.0103892565015861};
   const Vec3 falling(0, 0, -candidate.fall_speed);
-  const Vec3 back = mean_at(gusts_, candidate.place.z() - drift_.ground) + falling;
+  const Vec3 back = mean_at(gusts_, candidate.place.z()) + falling;
   Vec3 velocity = falling;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const double ago = nodes[i] * candidate.tau;
@@ -213,7 +211,8 @@ void Carrier::follow(const Candidate& candidate, const Door& door, std::vector<D
   const bool let_go = door.axis < 0;
   Vec3 place = candidate.place, velocity = let_go ? Vec3::Zero() : velocity_on_entry(candidate);
   if (!let_go && !(candidate.choice * door.largest_flux < door.inwards * velocity[door.axis])) return;
-  constexpr int parts = 2;  // of a sample
+  constexpr double longest_part = 0.063;  // [s] a gust of 1 Hz comes out to a hundredth
+  const int parts = static_cast<int>(std::ceil(sample_step_ / longest_part));  // of a sample
   const double part = sample_step_ / parts;
   const double longest = 10 * gusts_.loop.period + 50 * (drift_.high.z() - low_.z()) / candidate.fall_speed;
   const Vec3 first_velocity = velocity;
@@ -385,6 +384,16 @@ DriftKind with_intensity(DriftKind kind, double intensity) {
   return kind;
 }
 
+DriftKind with_size(DriftKind kind, double size) {
+  check_positive(("size of " + kind.name).c_str(), size, " m");
+  const double larger = size / kind.size;
+  kind.fall_speed = fall_speed(kind, size);
+  kind.size = size;
+  kind.smallest *= larger;
+  kind.largest *= larger;
+  return kind;
+}
+
 DriftKind with_matter_density(DriftKind kind, double matter_density) {
   kind.fall_speed *= std::sqrt(std::max(matter_density, 0.0) / kind.matter_density);
   kind.matter_density = matter_density;
@@ -396,9 +405,6 @@ void check_drift(const Drift& drift) {
   check_kind(drift.kind);
   const std::string of = " of " + drift.kind.name;
   check_box(("box" + of).c_str(), drift.low, drift.high, false);
-  if (!std::isfinite(drift.ground) || !(drift.high.z() > drift.ground))
-    throw InputError("box" + of, "up to " + number_text(drift.high.z()) + " m",
-                     "above the ground at " + number_text(drift.ground) + " m");
   if (!(drift.lying_time >= 0) || !(drift.lying_time <= 3600))
     throw InputError("time that " + drift.kind.name + " lies", number_text(drift.lying_time) + " s",
                      "0 to 3600 s");
@@ -411,7 +417,7 @@ void check_drift(const Drift& drift) {
   }
 }
 
-FieldPlane plane_around(const Drift& drift, double heading) {
+FieldPlane plane_around(const Drift& drift, double heading, double ground) {
   std::vector<Vec3> corners;
   for (int i = 0; i < 4; ++i) {
     corners.emplace_back((i % 2 == 0 ? drift.low : drift.high).x(), (i / 2 == 0 ? drift.low : drift.high).y(),
@@ -419,7 +425,7 @@ FieldPlane plane_around(const Drift& drift, double heading) {
   }
   // Gusts get larger with the height, and so do layers.
   std::vector<double> heights = {0.5};
-  while (heights.back() < drift.high.z() - drift.ground) heights.push_back(1.6 * heights.back());
+  while (heights.back() < drift.high.z() - ground) heights.push_back(1.6 * heights.back());
   const double width = (drift.high - drift.low).head<2>().norm();
   return plane_across(corners, heading, std::max(1.0, width / 64), heights);
 }
@@ -427,11 +433,14 @@ FieldPlane plane_around(const Drift& drift, double heading) {
 DriftPaths carry(const TravellingField& gusts, const Drift& drift) {
   check_drift(drift);
   check_plane(gusts.plane, gusts.loop);
+  if (!(drift.high.z() > gusts.ground))
+    throw InputError("box of " + drift.kind.name, "up to " + number_text(drift.high.z()) + " m",
+                     "above the ground at " + number_text(gusts.ground) + " m");
   DriftPaths result;
   result.loop = gusts.loop;
   result.form = drift.kind.form;
   result.step = std::clamp(drift.kind.fall_speed / gravity, 0.05, 0.25);
-  result.ground = static_cast<float>(drift.ground);
+  result.ground = static_cast<float>(gusts.ground);
   const double seen = drift.source
                           ? drift.source->rate * (drift.high.z() - drift.low.z()) / drift.kind.fall_speed
                           : drift.kind.number_density * (drift.high - drift.low).prod();

@@ -43,6 +43,8 @@ const DriftKind& drift_kind_named(std::string_view name);  // throws InputError 
 // As much of it as falls, of snow melted [mm/h]: how many are in the air, and of rain how large they are.
 // Throws InputError for what is measured otherwise (leaves, seeds).
 DriftKind with_intensity(DriftKind kind, double intensity);
+// Larger or smaller ones, that fall as fast as their form does at that size [m].
+DriftKind with_size(DriftKind kind, double size);
 // Heavier or lighter ones fall as the square root of their density.
 DriftKind with_matter_density(DriftKind kind, double matter_density);
 
@@ -53,8 +55,7 @@ struct Drift {
   // Nothing is known outside of this box [m]: who comes in through its sides is born there, as many as keep
   // the number density, and who leaves it is gone.
   Vec3 low = {-10, -10, 0}, high = {10, 10, 10};
-  double ground = 0;      // height of the ground, where they come to rest; the field begins there [m]
-  double lying_time = 0;  // how long one that came to rest is seen before it has melted or is gone [s]
+  double lying_time = 0;  // how long one on the ground is seen before it has melted or is gone [s]
   // Instead of those that come in: so many let go each second anywhere in a box, a crown [1/s].
   struct Source {
     Vec3 low = Vec3::Zero(), high = Vec3::Zero();
@@ -71,8 +72,8 @@ void check_drift(const Drift& drift);
 inline constexpr double heaviest_matter = 2000;  // [kg/m^3]
 inline constexpr double fastest_fall = 60;       // [m/s]
 
-// Where a drift has to know the wind.
-FieldPlane plane_around(const Drift& drift, double heading);
+// Where a drift has to know the wind; layers count from the ground, which is at this height [m].
+FieldPlane plane_around(const Drift& drift, double heading, double ground = 0);
 
 // From where one comes into the air to where it leaves it, and lies. Its place is a straight line and what it
 // is off that, at every `step`, beginning one step before its birth.
@@ -99,7 +100,8 @@ struct DriftPaths {
   std::size_t bytes() const { return sizeof(DriftPath) * paths.size() + 6 * off_line.size(); }
 };
 
-// All that are born in one loop. The same on any number of threads. Throws InputError as check_drift does,
+// All that are born in one loop. Where the box reaches down to the ground of the field, they come to rest on
+// it. The same on any number of threads. Throws InputError as check_drift does, for a box below the ground,
 // and for more than most_drifting of them or paths that would take more than most_drift_samples.
 DriftPaths carry(const TravellingField& gusts, const Drift& drift);
 

@@ -21,7 +21,6 @@ enum class RandomStream : std::uint32_t {
   modal_loads = 7,
   waves = 8,
   placing = 9,
-  drift = 14,
   test = 1000,
 };
 
