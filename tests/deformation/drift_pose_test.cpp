@@ -181,7 +181,7 @@ TEST(MakeLoopOfDrift, TheBitsDoNotDependOnTheThreads) {
   EXPECT_EQ(many.normal, one.normal);
 }
 
-TEST(MakeLoopOfDrift, ASeedSpinsAndALeafThatHasLandedLiesFlat) {
+TEST(MakeLoopOfDrift, ALeafThatHasLandedLiesFlat) {
   const auto paths = paths_of("leaves", 1, 3);
   const Loop loop = loop_of(paths);
   const SurfaceDelta delta = loop.skin_at(0.4);
