@@ -9,10 +9,10 @@ set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame f
 set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_script gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     travelling_field turbulent_wind_at_points waves)
-set(dynamics_headers basis branch_oscillators damping drag_in_time flapping flutter foliage free_decay gauge gauge_reading gust_average gust_response lean
+set(dynamics_headers basis branch_oscillators damping drag_in_time drift flapping flutter foliage free_decay gauge gauge_reading gust_average gust_response lean
     loads motion motion_statistics oscillators principal_motion pull response response_field shelter static_correction transfer
     wind_forces)
-set(deformation_headers bent_pose fit_rig loop morph_targets panel_pose pose principal_shapes rig sheet_pose)
+set(deformation_headers bent_pose drift_pose fit_rig loop morph_targets panel_pose pose principal_shapes rig sheet_pose)
 set(render_headers camera daylight denoise image linear_image render tone_map)
 set(io_headers atomic_file beam_plot contact_sheet exr film frame_file gauge_table gltf gust_plot gust_table html loop_writers mesh_compression modes_plot pose_table
     profile_table sheet_file skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot

@@ -76,6 +76,21 @@ TEST(Tracer, ShowsCopiesAsItShowsAsManyMeshes) {
   EXPECT_LT(difference(together.light, alone.light), 0.01 * mean_of(alone.light).mean());
 }
 
+TEST(Tracer, TurnsTheNormalsOfACopyThatIsAloneAsThoseOfManyCopies) {
+  const auto still = [](double) { return Vector3f(0, 0, 0); };
+  const auto alone = loop_of(sphere("timber", 0.5F, 1), still),
+             beside = loop_of(sphere("timber", 0.5F, 1), still);
+  const Instance turned{.position = {0, 0, 2}, .turn = 2.1};
+  alone->instances = {turned};
+  beside->instances = {turned, {.position = {500, 0, 2}}};
+  const Camera camera = look({-5, 0, 2}, {0, 0, 2}, 0.3);
+  const TraceOptions options{.width = 24, .height = 24, .samples = 32};
+  const TracedImage one = picture(in_uniform_sky({alone}), camera, options),
+                    both = picture(in_uniform_sky({beside}), camera, options);
+  EXPECT_LT(difference(one.normal, both.normal), 1e-3);
+  EXPECT_LT(difference(one.light, both.light), 1e-3);
+}
+
 TEST(Tracer, BlursMotionAsTheMeanOfManySharpFramesDoes) {
   Surface board = surface_of("timber", 0.2F, false);
   add_quad(board, {0, -0.5F, -0.5F}, {0, 1, 0}, {0, 0, 1});

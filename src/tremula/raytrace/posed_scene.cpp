@@ -174,6 +174,8 @@ PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& sh
     const Surface& rest = *pose.shape->loop->rest;
     SurfaceDelta moved = pose.shape->loop->skin_at(instant(pose, s));
     const std::size_t vertices = rest.vertex_count();
+    const Eigen::Matrix3f turn =
+        (pose.only_copy ? pose.only_copy->rotation() : Mat3::Identity()).cast<float>();
     if (moved.position.size() != vertices || moved.normal.size() != vertices)
       throw InputError("skin_at of '" + pose.shape->loop->facts.name + "'",
                        std::to_string(moved.position.size()) + " vertices", std::to_string(vertices));
@@ -182,7 +184,7 @@ PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& sh
       moved.position[i] += rest.position[i];
       sum += moved.position[i];
       if (pose.only_copy) moved.position[i] = placed(*pose.only_copy, moved.position[i]);
-      moved.normal[i] = (moved.normal[i] + rest.normal[i]).normalized();
+      moved.normal[i] = turn * (moved.normal[i] + rest.normal[i]).normalized();
     }
     if (!sum.allFinite())
       throw Error("the pose of '" + pose.shape->loop->facts.name + "' has numbers that are not finite");
