@@ -75,6 +75,7 @@ TEST(GustTint, IsTheColourOfTheSpeedInsideItsFieldAndNothingOutside) {
   const auto fast_at = [&](double time) { return value_at(*field, {1, 2, 1.5}, time).head<2>().norm(); };
   const double slower = fast_at(0.5) < fast_at(4.5) ? 0.5 : 4.5, faster = 5 - slower;
   EXPECT_GT(tint({1, 2}, slower).head<3>().sum(), tint({1, 2}, faster).head<3>().sum());
+  EXPECT_LT(tint({1, 2}, slower).w(), tint({1, 2}, faster).w());
 }
 
 TEST(GustArrows, RefuseALatticeThatIsNone) {

@@ -247,7 +247,7 @@ GustView view_of_gusts(const TravellingField& field, int most_arrows, bool witho
   }
   view.slowest = std::floor(speeds.slowest);
   view.fastest = std::max(std::ceil(speeds.fastest), view.slowest + 1);
-  view.scale = 1.15 * view.spacing / std::max(longest, 1e-3);
+  view.scale = view.spacing / std::max(longest, 1e-3);
   return view;
 }
 

@@ -168,7 +168,9 @@ std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> gust_t
     std::shared_ptr<const TravellingField> field, const ArrowLattice& lattice) {
   check_lattice(lattice);
   const SpeedRange range = speeds_of(*field);
-  static constexpr float cover = 0.7F;
+  // Still air leaves the ground as it is; gusts are as light as what grows, where a plot's colours would
+  // shine.
+  static constexpr float most_cover = 0.85F, darker = 0.6F;
   return [field, lattice, range](const Eigen::Vector2f& place, double time) -> Eigen::Vector4f {
     const Vector2d at = place.cast<double>();
     const double inside = std::min((at - lattice.low).minCoeff(), (lattice.high - at).minCoeff());
@@ -177,9 +179,9 @@ std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> gust_t
     const double share =
         (wind.head<2>().norm() - range.slowest) / std::max(range.fastest - range.slowest, 1e-9);
     const Vector3f color = gust_color(share);
-    const double edge = 0.25 * lattice.spacing;  // where it fades
-    Eigen::Vector4f tint(0, 0, 0, cover * static_cast<float>(std::min(1.0, inside / edge)));
-    for (int c = 0; c < 3; ++c) tint[c] = linear_from_srgb(color[c]);
+    const double edge = std::min(1.0, inside / (0.25 * lattice.spacing));  // where it fades
+    Eigen::Vector4f tint(0, 0, 0, most_cover * static_cast<float>(edge * std::clamp(share, 0.0, 1.0)));
+    for (int c = 0; c < 3; ++c) tint[c] = darker * linear_from_srgb(color[c]);
     return tint;
   };
 }

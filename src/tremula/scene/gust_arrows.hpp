@@ -28,7 +28,8 @@ std::size_t arrow_count(const ArrowLattice& lattice);
 Loop gust_arrows(std::shared_ptr<const TravellingField> field, const ArrowLattice& lattice);
 
 // At a place and a time [s]: a linear colour and how much of the ground it covers, 0–1; none of it outside
-// `low` to `high`. The colours are those of io/gust_plot.hpp, from the slowest to the fastest of the field.
+// `low` to `high`. The more the faster, in the colours of io/gust_plot.hpp, from the slowest to the
+// fastest of the field.
 std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> gust_tint(
     std::shared_ptr<const TravellingField> field, const ArrowLattice& lattice);
 
