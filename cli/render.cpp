@@ -257,7 +257,7 @@ Json RenderCommand::report_of(const Scene& scene, const SceneCommands& commands,
     objects.push_back({{"name", scene.objects[i].name},
                        {"source", scene.objects[i].source},
                        {"instances", copies},
-                       {"headings", moving.objects[i].size()},
+                       {"motions", moving.objects[i].size()},
                        {"vertices", moving.objects[i].front()->rest->vertex_count()}});
   }
   for (const SceneThing& thing : moving.things)
