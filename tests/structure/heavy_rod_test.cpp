@@ -21,15 +21,6 @@ Eigen::Matrix3Xd straight(int pieces, const Vec3& direction = Vec3::UnitZ()) {
   return direction.normalized().replicate(1, pieces);
 }
 
-// Shortening along z, deflection along x, and angle of the tip.
-Vec3 tip_of(const Eigen::Matrix3Xd& directions) {
-  const double h = 1.0 / static_cast<double>(directions.cols());
-  const Vec3 end = h * directions.rowwise().sum();
-  const auto angle = [&](Eigen::Index i) { return std::atan2(directions(0, i), directions(2, i)); };
-  const Eigen::Index last = directions.cols() - 1;
-  return {1 - end.z(), end.x(), 1.125 * angle(last) - 0.125 * angle(last - 2)};
-}
-
 TEST(HeavyRod, HasTheFrequenciesThatItsWeightLeavesIt) {
   TREMULA_NEED_DATA("rods.json");
   for (const auto& [weight, wanted] : test::rods().at("heavy.standing.omega2").items()) {
@@ -97,17 +88,24 @@ TEST(BendRod, BendsAsItLinearlyWouldUnderSmallDragWithWeightToo) {
 
 // A leaning heavy rod with the wind from its side, by the library's other solver.
 TEST(BendRod, StandsInAWindFromTheSideWhereTheEquilibriumOfABeamTreeDoes) {
-  constexpr int pieces = 40;
+  const int pieces = 40;
   const double weight = 2.5, load = 6;
   const Vec3 lean = Vec3(std::sin(0.6), 0, std::cos(0.6));
   const BeamTree tree = test::rod(pieces, lean);
   const auto loads = [&](double drag) {
-    return [&tree, weight, drag](int k, const BentBranch& branch) {
+    return [&tree, weight, drag, pieces](int k, const BentBranch& branch) {
+      const auto force = [&](const Vec3& direction) -> Vec3 {
+        const Vec3 across = Vec3::UnitY() - direction.y() * direction;
+        return (drag * across.norm() * across - weight * Vec3::UnitZ()) / pieces;
+      };
       const Vec3 direction = (branch.end - branch.start).normalized();
-      const Vec3 across = Vec3::UnitY() - direction.y() * direction;
-      const Vec3 force = (drag * across.norm() * across - weight * Vec3::UnitZ()) / pieces;
+      Mat3 turning;
+      for (int axis = 0; axis < 3; ++axis) {
+        const Vec3 turn = 1e-6 * Vec3::Unit(axis);
+        turning.col(axis) = (force(direction + turn.cross(direction)) - force(direction - turn.cross(direction))) / 2e-6;
+      }
       EndLoads ends;
-      add_force(shape_at(tree.members[index_of(k)].beam, 0.5), direction, force, Mat3::Zero(), ends);
+      add_force(shape_at(tree.members[index_of(k)].beam, 0.5), direction, force(direction), turning, ends);
       return ends;
     };
   };

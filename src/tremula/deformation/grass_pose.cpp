@@ -267,7 +267,7 @@ Directions looked_up(const BendTable& table, int trajectory, float in_plane, flo
            d * lane4(high[1].data() + axis);
   };
   Directions found{blend(0), blend(4), blend(8)};
-  const Lane4 unit = reciprocal_root(found.x * found.x + found.y * found.y + found.z * found.z);
+  const Lane4 unit = reciprocal_root(found.x * found.x + found.y * found.y + found.z * found.z + 1e-12F);
   found.x *= unit;
   found.y *= across < 0 ? -unit : unit;
   found.z *= unit;
@@ -429,7 +429,7 @@ std::vector<std::array<float, 2>> at_height(const TravellingField& field, double
   values.reserve(index_of(plane.columns) * index_of(field.loop.sample_count));
   for (int p = 0; p < field.loop.sample_count; ++p) {
     for (int c = 0; c < plane.columns; ++c) {
-      const Vec3 place = (plane.first_column + c * plane.spacing) * across + height * Vec3::UnitZ();
+      const Vec3 place = (plane.first_column + c * plane.spacing) * across + (field.ground + height) * Vec3::UnitZ();
       const Vector3f value = local_value_at(field, place, field.loop.period * p / field.loop.sample_count);
       values.push_back({value.x(), value.y()});
     }
@@ -440,7 +440,7 @@ std::vector<std::array<float, 2>> at_height(const TravellingField& field, double
 // One layer, at the height of the tips.
 TravellingField layer_at(const TravellingField& gusts, double height) {
   TravellingField layer{.loop = gusts.loop, .heading = gusts.heading, .speed = gusts.speed, .plane = gusts.plane,
-                        .mean = {mean_at(gusts, height)}, .values = {}};
+                        .ground = gusts.ground, .mean = {mean_at(gusts, gusts.ground + height)}, .values = {}};
   layer.plane.heights = {height};
   for (const auto& [along, across] : at_height(gusts, height)) layer.values.push_back({along, across, 0, 0});
   return layer;
@@ -453,7 +453,7 @@ void follow_in_time(GrassInWind& grass, const std::vector<BladeResponse>& blades
     const Meadow& meadow = grass.meadow;
     const std::size_t make = std::size_t{meadow.kind[i]} * frequency_classes + meadow.frequency_class[i];
     if (blades[make].frequency == 0) return;
-    const Vec3 place(static_cast<double>(meadow.x[i]), static_cast<double>(meadow.y[i]), gusts.plane.heights[0]);
+    const Vec3 place(static_cast<double>(meadow.x[i]), static_cast<double>(meadow.y[i]), gusts.ground + gusts.plane.heights[0]);
     const Eigen::Matrix2Xd sway = sway_in_time(blades[make], gusts, place);
     for (Eigen::Index p = 0; p < sway.cols(); ++p)
       grass.of_blade[i].push_back({static_cast<float>(sway(0, p)), static_cast<float>(sway(1, p))});

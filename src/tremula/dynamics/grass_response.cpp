@@ -29,13 +29,15 @@ BladeResponse blade_response(const GrassSpecies& species, int kind_number, int f
   blade.rod.bending_stiffness = stiffness_of_frequency(blade.rod, blade.frequency);
   const double on_metre = 0.5 * air_density * kind.drag_coefficient * kind.width;
   const double on_tip = 0.5 * air_density * kind.drag_area;
-  const AverageForce drag = average_drag(wind);
+  const double mean_share = species.mean_share, gust_share = species.gust_share;
+  const AverageForce drag =
+      average_drag({.mean = mean_share * wind.mean, .covariance = gust_share * gust_share * wind.covariance});
   const auto per = [&](double size) { return RodDrag{on_metre * size, on_tip * size, species.canopy_decay}; };
   const double of_one = linear_tip_angle(blade.rod, per(1));
   blade.load = per(of_one > 0 ? 1 / of_one : 0);
   blade.lean = of_one * drag.mean.x();
-  blade.along = of_one * drag.per_velocity(0, 0);
-  blade.across = of_one * drag.per_velocity(1, 1);
+  blade.along = of_one * gust_share * drag.per_velocity(0, 0);
+  blade.across = of_one * gust_share * drag.per_velocity(1, 1);
   const double critical = 4 * std::numbers::pi * blade.frequency;
   const auto damping = [&](double per_velocity) {
     return kind.damping_ratio + damping_rate(blade.rod, per(per_velocity)) / critical;
@@ -48,13 +50,13 @@ BladeResponse blade_response(const GrassSpecies& species, int kind_number, int f
 GustStatistics statistics_at(const TravellingField& gusts, double height) {
   const double heading = gusts.heading * std::numbers::pi / 180;
   const Vec3 along(std::cos(heading), std::sin(heading), 0), across(-along.y(), along.x(), 0);
-  const Vec3 mean = mean_at(gusts, height);
+  const Vec3 mean = mean_at(gusts, gusts.ground + height);
   GustStatistics statistics;
   statistics.mean = {mean.dot(along), mean.dot(across), mean.z()};
   const FieldPlane& plane = gusts.plane;
   Vec3 sum = Vec3::Zero();
   for (int column = 0; column < plane.columns; ++column) {
-    const Vec3 place = (plane.first_column + column * plane.spacing) * across + height * Vec3::UnitZ();
+    const Vec3 place = (plane.first_column + column * plane.spacing) * across + (gusts.ground + height) * Vec3::UnitZ();
     for (int p = 0; p < gusts.loop.sample_count; ++p) {
       const Vec3 gust =
           local_value_at(gusts, place, gusts.loop.period * p / gusts.loop.sample_count).cast<double>();
@@ -69,8 +71,8 @@ GustStatistics statistics_at(const TravellingField& gusts, double height) {
 }
 
 FieldResponse field_response(const BladeResponse& blade) {
-  return {.along = oscillator_impedance(blade.frequency, blade.damping_along, blade.along),
-          .across = oscillator_impedance(blade.frequency, blade.damping_across, blade.across),
+  return {.along = oscillator_impedance(blade.frequency, blade.damping_along, blade.along, Transfer::sampled),
+          .across = oscillator_impedance(blade.frequency, blade.damping_across, blade.across, Transfer::sampled),
           .up = {}};
 }
 

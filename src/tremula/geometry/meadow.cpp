@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace tremula {
@@ -52,6 +53,7 @@ GrassSpecies meadow() {
   stem.color = {0.55F, 0.53F, 0.30F};
   stem.length = 1.35;
   stem.pieces = 4;
+  stem.drag_coefficient = 1;
   stem.width = 0.0016;
   stem.lean = {0, 0.25};
   stem.droop = {0, 0.45};
@@ -81,6 +83,7 @@ GrassSpecies wheat() {
   stem.length = 1;
   stem.length_spread = 0.1;
   stem.pieces = 4;
+  stem.drag_coefficient = 1;
   stem.width = 0.0035;
   stem.lean = {0, 0.12};
   stem.droop = {0, 0.25};
@@ -245,10 +248,12 @@ struct Sower {
     return mask ? std::clamp(mask(place), 0.0, 1.0) : 1;
   }
 
-  double kept_at(const Vector2d& place) const {
+  // The largest share within `around` [m] of a place.
+  double kept_at(const Vector2d& place, double around = 0) const {
     if (!options.thinning) return 1;
-    const double away = (place - options.thinning->eye).norm();
-    return std::min(1.0, options.thinning->full_until / std::max(away, 1e-9));
+    double away = options.thinning->eyes.empty() ? 0 : std::numeric_limits<double>::infinity();
+    for (const Vector2d& eye : options.thinning->eyes) away = std::min(away, (place - eye).norm());
+    return std::min(1.0, options.thinning->full_until / std::max(away - around, 1e-9));
   }
 
   void add_blade(int number, const BladeKind& kind, const Vector2d& place, double tall, double wider,
@@ -299,13 +304,17 @@ struct Sower {
     const double wanted = density * cell * cell;
     const auto count = static_cast<std::uint32_t>(
         wanted + uniform({options.seed, RandomStream::grass, ~1U, address}));
-    for (std::uint32_t plant = 0; plant < count; ++plant) {
+    const Vector2d middle(cell * (static_cast<double>(column) + 0.5), cell * (static_cast<double>(row) + 0.5));
+    const double most = kept_at(middle, cell);
+    for (std::uint32_t plant = 0; plant < count && plant < most * count; ++plant) {
       const Draws draw{options.seed, address, plant};
       const auto [u, v] = draw(Drawn::place);
       const Vector2d place(cell * (static_cast<double>(column) + u), cell * (static_cast<double>(row) + v));
       if ((place.array() < options.low.array()).any() || (place.array() >= options.high.array()).any()) continue;
       const double kept = kept_at(place);
-      if (draw(Drawn::kind, 31)[1] >= kept * share_at(options.density_at, place)) continue;
+      // The later a plant, the sooner it goes where there are to be fewer.
+      const double rank = (plant + draw(Drawn::kind, 31)[1]) / count;
+      if (rank >= kept * share_at(options.density_at, place)) continue;
       add_plant(place, kept, draw);
     }
   }
@@ -320,16 +329,17 @@ double blades_of_plant(const GrassSpecies& species) {
   return blades;
 }
 
-// What a field would hold if no mask kept it bare: by squares, as thinning goes by distance.
+// What a field will hold, by squares, as masks and thinning go by place.
 double expected_plants(const Sower& sower) {
   const Vector2d extent = sower.options.high - sower.options.low;
-  if (!sower.options.thinning) return sower.density * extent.prod();
+  if (!sower.options.thinning && !sower.options.density_at) return sower.density * extent.prod();
   constexpr int squares = 64;
   double plants = 0;
   for (int i = 0; i < squares; ++i) {
     for (int j = 0; j < squares; ++j) {
       const Vector2d share((i + 0.5) / squares, (j + 0.5) / squares);
-      plants += sower.kept_at(sower.options.low + share.cwiseProduct(extent));
+      const Vector2d place = sower.options.low + share.cwiseProduct(extent);
+      plants += sower.kept_at(place) * sower.share_at(sower.options.density_at, place);
     }
   }
   return sower.density * extent.prod() * plants / (squares * squares);
@@ -374,6 +384,8 @@ void check_species(const GrassSpecies& species) {
   if (species.kinds.size() > 8) throw InputError(place, std::to_string(species.kinds.size()) + " kinds", "8 or fewer");
   if (species.kinds[0].attached[1] > 0)
     throw InputError(place, "a first kind on a stem", "one that stands on the ground");
+  if (!(species.mean_share >= 0) || !(species.gust_share >= 0) || !(species.mean_share <= 1) || !(species.gust_share <= 1))
+    throw InputError(place, "a share of the wind out of range", "0 to 1");
   if (!(species.canopy_decay >= 0) || !std::isfinite(species.canopy_decay) || !(std::abs(species.tufts) < 1))
     throw InputError(place, "a decay or tufts out of range", "a decay of 0 or more, tufts from 0 to 1");
   for (const BladeKind& kind : species.kinds) {

@@ -42,7 +42,7 @@ struct BladeKind {
   double mass = 1e-3;        // of a metre [kg/m]
   double tip_mass = 0;       // of what it carries at the tip [kg]
   double drag_area = 0;      // of what it carries at the tip, drag coefficient times area [m^2]
-  double drag_coefficient = 1;  // on width times length
+  double drag_coefficient = 0.6;  // on width times length; of flat ones that look to all sides
 };
 
 // Where its pieces meet, from 0 at the foot to 1 at the tip: (pieces + 1), multiples of 1/20.
@@ -56,6 +56,8 @@ struct GrassSpecies {
   double height = 0.3;       // of an average plant [m]
   double density = 1000;     // of plants [1/m^2]
   double canopy_decay = 2;   // a: below its tips the wind is U(h) exp(-a (1 - z/h))
+  // What the meadow itself leaves of the mean wind and of its gusts at its tips, beside open ground.
+  double mean_share = 0.4, gust_share = 0.7;
   double tufts = 0.3;        // by what share height waxes and wanes over half a metre
   std::vector<BladeKind> kinds;  // the first stands on the ground
 };
@@ -86,9 +88,10 @@ struct Meadow {
 };
 inline constexpr int frequency_classes = 3;
 
-// Fewer and wider blades far from an eye: as many per area at a distance d as `full_until`/d of what is said.
+// Fewer and wider blades far from the eyes: as many per area at a distance d from the nearest as `full_until`/d
+// of what is said.
 struct Thinning {
-  Eigen::Vector2d eye = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> eyes;
   double full_until = 10;  // [m]
   double widest = 4;       // at most so many times wider
 };

@@ -23,6 +23,8 @@ struct GroundLook {
   double height = 0;                              // [m]
   Eigen::Vector3f color = {0.18F, 0.18F, 0.18F};  // linear albedo, of a plain one
   double grass_height = 0;  // [m] of grass that stands in blades near the camera, 0 … 1; 0: a pattern alone
+  // Where a loop of the scene brings such blades itself, that move: circles (x, y and radius) [m].
+  std::vector<Eigen::Vector3d> sown = {};
 };
 
 // What is between things: air that hazes what is far, or water.

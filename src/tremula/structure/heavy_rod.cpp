@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include <Eigen/Dense>
@@ -188,24 +187,30 @@ void RodBender::stand() {
 }
 
 const Eigen::Matrix3Xd& RodBender::bend(const RodDrag& drag, const Vec3& heading) {
-  constexpr int most_steps = 4000;
+  constexpr int most_steps = 20'000;
   const double h = rod_.length / rod_.pieces;
   const VectorXd drags = forces_of(rod_, drag, 2);
-  std::vector<Eigen::Vector2d> wanted(strains_.size());
-  // Plain steps overshoot under large loads; shorter ones go on, longer ones again where that goes well.
-  double share = 1, before = std::numeric_limits<double>::infinity();
-  for (int step = 0; step < most_steps; ++step) {
+  std::vector<Eigen::Vector2d> step(strains_.size(), Eigen::Vector2d::Zero());
+  // As through syrup: steps get shorter where one turns off the way of the one before, and longer again. A rod that
+  // leans against the wind may have to go over to the other side.
+  double share = 0.5;
+  for (int count = 0; count < most_steps; ++count) {
     find_moments(drags, heading);
-    double off = 0;
+    double off = 0, onwards = 0, before = 0, now = 0;
     for (std::size_t i = 0; i < strains_.size(); ++i) {
       const double compliance = (i == 0 ? 0.5 : 1) * h / rod_.bending_stiffness;
-      wanted[i] = compliance * (across(frames_[i], moments_[i]) - rest_[i]);
-      off = std::max(off, (wanted[i] - strains_[i]).norm());
+      const Eigen::Vector2d wanted = compliance * (across(frames_[i], moments_[i]) - rest_[i]);
+      const Eigen::Vector2d way = wanted - strains_[i];
+      off = std::max(off, way.norm());
+      onwards += way.dot(step[i]);
+      before += step[i].squaredNorm();
+      now += way.squaredNorm();
+      step[i] = way;
     }
     if (off < tolerance_) return directions_;
-    share = off > 0.97 * before ? std::max(0.6 * share, 0.005) : std::min(1.05 * share, 1.0);
-    before = off;
-    for (std::size_t i = 0; i < strains_.size(); ++i) strains_[i] += share * (wanted[i] - strains_[i]);
+    share = onwards < 0.6 * std::sqrt(before * now) ? 0.6 * share : std::min(1.08 * share, 1.0);
+    const double most = 0.3 / off;  // a turn between two pieces that is not lost sight of [rad]
+    for (std::size_t i = 0; i < strains_.size(); ++i) strains_[i] += std::min(share, most) * step[i];
     stand();
   }
   throw Error("a rod does not come to rest in the wind");
