@@ -27,6 +27,8 @@ struct GroundLook {
   // 0–1. Empty: nothing. Called by several threads.
   std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> tint = {};
   double time = 0;  // of the tint; a Tracer takes that of the picture
+  // Where a loop of the scene brings such blades itself, that move: circles (x, y and radius) [m].
+  std::vector<Eigen::Vector3d> sown = {};
 };
 
 // What is between things: air that hazes what is far, or water.

@@ -50,12 +50,6 @@ bool is_inside(const Polygon& polygon, const Eigen::Vector2d& point) {
   return inside;
 }
 
-bool is_masked(const Scatter& scatter, const Eigen::Vector2d& point) {
-  const auto holds = [&](const Polygon& polygon) { return is_inside(polygon, point); };
-  return (!scatter.inside.empty() && std::ranges::none_of(scatter.inside, holds)) ||
-         std::ranges::any_of(scatter.outside, holds);
-}
-
 // What of the field the polygons may have copies in.
 Eigen::AlignedBox2d field_of(const Scatter& scatter) {
   Eigen::AlignedBox2d field(scatter.low, scatter.high);
@@ -263,6 +257,12 @@ void check_polygon(const Polygon& polygon) {
 }
 
 }  // namespace
+
+bool is_masked(const Scatter& scatter, const Eigen::Vector2d& point) {
+  const auto holds = [&](const Polygon& polygon) { return is_inside(polygon, point); };
+  return (!scatter.inside.empty() && std::ranges::none_of(scatter.inside, holds)) ||
+         std::ranges::any_of(scatter.outside, holds);
+}
 
 void check_scatter(const Scatter& scatter) {
   if (!scatter.low.allFinite() || !scatter.high.allFinite() || !((scatter.high - scatter.low).minCoeff() > 0))
