@@ -189,7 +189,8 @@ void RenderCommand::run(const CLI::App& flags) const {
   StageLog log;
   WarningLog warnings;
   MovingScene moving = move_scene(scene, commands, log, warnings);
-  if (!is_scene(plant.input)) stand_alone(scene, commands, *moving.loops().front()->rest);
+  if (!is_scene(plant.input) && !scene.objects.empty())
+    stand_alone(scene, commands, *moving.loops().front()->rest);
   const FilmCamera camera = camera_of(scene, commands, moving);
   const ThingSite site{scene, commands, camera, log, warnings};
   moving.things = make_things(site);

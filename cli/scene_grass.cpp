@@ -45,8 +45,10 @@ View view_of(const Camera& camera) {
   return view;
 }
 
+// None: of a file, which is looked at from anywhere.
 std::vector<View> views_of(const ThingSite& site) {
   std::vector<View> views;
+  if (!site.camera.camera) return views;
   for (int i = 0; i < eyes_of_a_film; ++i) {
     views.push_back(view_of(site.camera.camera(site.loop().period * i / eyes_of_a_film)));
     if (i > 0 && views.back().eye == views.front().eye && views.back().forward == views.front().forward)
@@ -83,8 +85,9 @@ SowOptions options_of(const SceneGrass& grass, const GrassSpecies& species, cons
   const double margin = 1 + 3 * grass.height.value_or(species.height);
   options.density_at = [masks, views, margin](const Vector2d& place) {
     const auto sees = [&](const View& view) { return view.sees(place, margin); };
-    return std::ranges::any_of(views, sees) && !is_masked(masks, place) ? 1.0 : 0.0;
+    return (views.empty() || std::ranges::any_of(views, sees)) && !is_masked(masks, place) ? 1.0 : 0.0;
   };
+  if (views.empty()) return options;
   Thinning thinning{.eyes = {}, .full_until = std::max(2.0, widths_to_the_first * species.kinds[0].width)};
   for (const View& view : views) thinning.eyes.push_back(view.eye);
   options.thinning = thinning;

@@ -275,12 +275,14 @@ struct Sower {
     const auto shape = static_cast<int>(draw(Drawn::rest, blade)[0] * trajectories_per_kind);
     const double length = tall * kind.length * (1 + kind.length_spread * (2 * long_by - 1));
     const double turn = 2 * std::numbers::pi * azimuth;
+    // What is round would grow in two directions.
+    const double thicker = kind.form == BladeForm::ear ? std::sqrt(wider) : wider;
     meadow.x.push_back(static_cast<float>(place.x()));
     meadow.y.push_back(static_cast<float>(place.y()));
     meadow.z.push_back(static_cast<float>(options.ground));
     meadow.length.push_back(static_cast<float>(length));
     meadow.width.push_back(
-        static_cast<float>(kind.width * wider * (0.75 + 0.5 * draw(Drawn::rest, blade)[1])));
+        static_cast<float>(kind.width * thicker * (0.75 + 0.5 * draw(Drawn::rest, blade)[1])));
     // Leaves of one stem stand on its alternate sides.
     const bool on_stem = kind.attached[1] > 0;
     meadow.azimuth.push_back(static_cast<float>(turn + (on_stem ? 2.4 * count_before : 0)));

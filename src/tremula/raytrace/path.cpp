@@ -55,10 +55,13 @@ void scatter_as_leaf(const PathSettings& settings, const Spot& spot, bool from_b
   }
 }
 
-// Blades of grass have the colours of the ground they stand on, which fade into each other far away.
+// Blades of grass have the colours of the green ground they stand on, which fade into each other far away; on
+// any other, their own.
 void scatter_as_blade(const GroundLook& ground, const Spot& spot, bool from_behind, Scattering& to) {
   constexpr float patches = 0.4F;  // [m] what is finer the blades do themselves
-  const Rgb color = ground_pattern(ground, spot.point.head<2>(), patches).albedo;
+  const bool on_grass = ground.kind == GroundKind::grass;
+  const Rgb color =
+      on_grass ? ground_pattern(ground, spot.point.head<2>(), patches).albedo : spot.part->color;
   to.reflected = leaf_pattern(color, spot.uv, spot.piece, from_behind).cwiseMin(0.45F);
   to.transmitted = light_through_leaf(to.reflected);
 }
