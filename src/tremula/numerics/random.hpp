@@ -21,6 +21,7 @@ enum class RandomStream : std::uint32_t {
   modal_loads = 7,
   waves = 8,
   placing = 9,
+  impressions = 13,
   test = 1000,
 };
 
