@@ -40,7 +40,8 @@ struct Reach {
 Reach reach_of(const Quadric& quadric) {
   Reach reach{quadric.low, quadric.high};
   const Sections sections(quadric);
-  if (sections.rise > 0 && quadric.level >= 0) {
+  if (sections.rise >= 0 && quadric.level < 0) return {0, 0};
+  if (sections.rise > 0) {
     const double half = std::sqrt(quadric.level / sections.rise);
     reach.low = std::max(reach.low, quadric.centre.z() - half);
     reach.high = std::min(reach.high, quadric.centre.z() + half);
@@ -54,7 +55,8 @@ class Draw {  // numbers of one tree, one after the other
  public:
   explicit Draw(std::uint64_t seed) : seed_(seed) {}
   double between(double low, double high) {
-    return low + (high - low) * uniform({.seed = seed_, .stream = RandomStream::impressions, .place = next_++});
+    return low +
+           (high - low) * uniform({.seed = seed_, .stream = RandomStream::impressions, .place = next_++});
   }
 
  private:
@@ -75,9 +77,9 @@ void add_lobes(ImpressionistTree& tree, Draw& draw, const Vec3& middle, const Ve
     const Vec3 out(r * std::cos(angle), r * std::sin(angle), z);
     const Vec3 own = size * axes.cwiseMin(1.6 * axes.minCoeff());
     const Vec3 centre = middle + out.cwiseProduct(axes - 1.05 * own);
-    tree.crown.push_back(ellipsoid(centre, own.cwiseProduct(Vec3(
-                                               draw.between(0.9, 1.1), draw.between(0.9, 1.1),
-                                               draw.between(0.8, 1)))));
+    tree.crown.push_back(ellipsoid(
+        centre,
+        own.cwiseProduct(Vec3(draw.between(0.9, 1.1), draw.between(0.9, 1.1), draw.between(0.8, 1)))));
   }
 }
 
@@ -144,16 +146,41 @@ struct KnownShape {
 
 const std::vector<KnownShape>& known_shapes() {
   static const std::vector<KnownShape> shapes = {
-      {{"round", "a broadleaf in a hedge or an orchard", 9, 0.8}, grow_round, 35, "beech", 1.38,
-       {0.29F, 0.42F, 0.15F}, {0.36F, 0.31F, 0.25F}},
-      {{"oak", "a broad oak that stands alone", 14, 1.1}, grow_oak, 22, "oak", 1.38,
-       {0.25F, 0.36F, 0.12F}, {0.31F, 0.26F, 0.21F}},
-      {{"poplar", "a Lombardy poplar", 22, 0.17}, grow_poplar, 50, "green-wood", 1.22,
-       {0.30F, 0.43F, 0.17F}, {0.40F, 0.37F, 0.31F}},
-      {{"pine", "a conifer of tiers", 18, 0.36}, grow_pine, 55, "scots-pine", 2.5,
-       {0.15F, 0.27F, 0.14F}, {0.33F, 0.23F, 0.17F}},
-      {{"bush", "leaves from the ground", 2.2, 1.2}, grow_bush, 40, "green-wood", 1.38,
-       {0.30F, 0.40F, 0.17F}, {0.34F, 0.29F, 0.23F}},
+      {{"round", "a broadleaf in a hedge or an orchard", 9, 0.8},
+       grow_round,
+       35,
+       "beech",
+       1.38,
+       {0.29F, 0.42F, 0.15F},
+       {0.36F, 0.31F, 0.25F}},
+      {{"oak", "a broad oak that stands alone", 14, 1.1},
+       grow_oak,
+       22,
+       "oak",
+       1.38,
+       {0.25F, 0.36F, 0.12F},
+       {0.31F, 0.26F, 0.21F}},
+      {{"poplar", "a Lombardy poplar", 22, 0.17},
+       grow_poplar,
+       50,
+       "green-wood",
+       1.22,
+       {0.30F, 0.43F, 0.17F},
+       {0.40F, 0.37F, 0.31F}},
+      {{"pine", "a conifer of tiers", 18, 0.36},
+       grow_pine,
+       55,
+       "scots-pine",
+       2.5,
+       {0.15F, 0.27F, 0.14F},
+       {0.33F, 0.23F, 0.17F}},
+      {{"bush", "leaves from the ground", 2.2, 1.2},
+       grow_bush,
+       40,
+       "green-wood",
+       1.38,
+       {0.30F, 0.40F, 0.17F},
+       {0.34F, 0.29F, 0.23F}},
   };
   return shapes;
 }
@@ -370,7 +397,8 @@ ImpressionistTree impressionist_tree(std::string_view shape, double height, std:
   // Clumps as large as a lobe's half, down to a handful of leaves.
   const double size = std::sqrt(tree.height * tree.width);
   tree.texture.wavelength = std::clamp(0.13 * size, 0.3, 2.2);
-  tree.texture.octaves = std::clamp(1 + static_cast<int>(std::lround(std::log2(tree.texture.wavelength / 0.07))), 2, 7);
+  tree.texture.octaves =
+      std::clamp(1 + static_cast<int>(std::lround(std::log2(tree.texture.wavelength / 0.07))), 2, 7);
   check_tree(tree);
   return tree;
 }

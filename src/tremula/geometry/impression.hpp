@@ -23,17 +23,17 @@ namespace tremula {
 // All x with (x - centre)^T form (x - centre) <= level, between two heights: Gardner's quadrics bounded by
 // planes.
 struct Quadric {
-  Vec3 centre = Vec3::Zero();        // [m]; of a cone its apex
-  Mat3 form = Mat3::Identity();      // symmetric [1/m^2]
-  double level = 1;                  // 0 of a cone
+  Vec3 centre = Vec3::Zero();               // [m]; of a cone its apex
+  Mat3 form = Mat3::Identity();             // symmetric [1/m^2]
+  double level = 1;                         // 0 of a cone
   double low = -infinite, high = infinite;  // heights [m]
 
   static constexpr double infinite = std::numeric_limits<double>::infinity();
 };
 
 Quadric ellipsoid(const Vec3& centre, const Vec3& semi_axes);  // along x, y and z [m]
-// Upright, from its apex down (or up) to where it has that radius.
-Quadric upright_cone(const Vec3& apex, double height, double radius);  // height < 0: the apex is below
+// Upright, from its apex down to where it has that radius; up, where the height is below 0.
+Quadric upright_cone(const Vec3& apex, double height, double radius);  // [m]
 // Of a trunk that gets thinner upwards: from z = 0, on the axis.
 Quadric tapered_column(double height, double base_radius, double top_radius);
 
@@ -97,8 +97,8 @@ float opacity_at(const TextureLevels& levels, const CrownCover& cover, float val
 
 struct ImpressionistTree {
   std::string name;
-  double height = 10, width = 8;  // [m]
-  double trunk_height = 9;        // of the trunk, which goes on into the crown [m]
+  double height = 10, width = 8;                // [m]
+  double trunk_height = 9;                      // of the trunk, which goes on into the crown [m]
   double base_radius = 0.2, top_radius = 0.02;  // [m]
   std::string material = "green-wood";          // of the trunk
   Eigen::Vector3f bark_color{0.33F, 0.27F, 0.21F}, leaf_color{0.25F, 0.36F, 0.13F};  // sRGB
