@@ -416,7 +416,7 @@ void check_tree(const ImpressionistTree& tree) {
 }
 
 std::vector<CrownLayer> crown_layers(const ImpressionistTree& tree, int count) {
-  constexpr int cells = 48, rows = 8;  // of a level across the crown; levels of a layer
+  constexpr int cells = 32, rows = 4;  // of a level across the crown; levels of a layer
   Eigen::AlignedBox3d box;
   for (const Quadric& quadric : tree.crown) box.extend(bounds_of(quadric));
   const double low = std::max(0.0, box.min().z()), step = (box.max().z() - low) / count;
