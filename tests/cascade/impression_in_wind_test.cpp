@@ -1,5 +1,5 @@
-// An impressionist tree by the field of its fundamental mode, and the same trunk through the whole cascade, in
-// the same wind at the same place.
+// An impressionist tree by the field of its fundamental mode, and the same trunk through the whole cascade,
+// in the same wind at the same place.
 #include "tremula/dynamics/trunk_sway.hpp"
 #include "tremula/geometry/impression.hpp"
 #include "tremula/pipeline.hpp"

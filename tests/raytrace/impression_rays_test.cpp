@@ -124,7 +124,8 @@ TEST(ImpressionShape, ThatBendsIsMetWhereMarchingMeetsItsShiftedLevels) {
     met += found;
     const double apart = found && marched >= 0 ? std::abs(static_cast<double>(hit.distance) - marched) : 9;
     if (found != (marched >= 0) || (found && apart > 0.03)) ++wrong;
-    if (found) EXPECT_TRUE(shape.bounds.contains((from + hit.distance * direction).cast<float>()));
+    const Vec3 at = from + static_cast<double>(hit.distance) * direction;
+    EXPECT_TRUE(!found || shape.bounds.contains(at.cast<float>()));
   }
   EXPECT_GT(met, rays / 4);
   EXPECT_LT(wrong, rays / 50) << "beside grazing rays";

@@ -75,10 +75,9 @@ void check_texture(const GardnerTexture& texture);
 
 float value_at(const GardnerTexture& texture, const Eigen::Vector3f& place);
 
-// How T is distributed over space, and how steep it is.
+// How T is distributed over space.
 struct TextureLevels {
   std::array<float, 257> quantile{};  // T that k/256 of space is below
-  float slope = 0;                    // root mean square of its gradient [1/m]
 };
 TextureLevels levels_of(const GardnerTexture& texture);
 // The threshold above which T is on so much of space, 0 … 1.
@@ -88,7 +87,7 @@ float threshold_for(const TextureLevels& levels, float cover);
 // place lies: 1 where it sees the middle of the quadric, 0 at its silhouette. The threshold grows towards
 // the silhouette, which gets ragged so (Gardner 1985, eq. for translucence).
 struct CrownCover {
-  float middle = 0.85F, edge = 0.2F;  // share of the crown that is covered there
+  float middle = 0.85F, edge = 0.3F;  // share of the crown that is covered there
   float softness = 0.04F;             // range of T over which leaves fade out
 };
 float opacity_at(const TextureLevels& levels, const CrownCover& cover, float value, float middle);
@@ -105,6 +104,7 @@ struct ImpressionistTree {
   std::vector<Quadric> crown;
   GardnerTexture texture;
   CrownCover cover;
+  double leaf_size = 0.1;       // [m] of a leaf, or of a handful of small ones
   double crown_density = 1.38;  // branches and leaves over the volume of the crown [kg/m^3]
   std::uint64_t seed = 1;
 };

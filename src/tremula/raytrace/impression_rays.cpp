@@ -95,7 +95,7 @@ struct Kind {
   ImpressionistTree tree;
   std::vector<Lobe> lobes;  // the trunk first
   TextureLevels levels;
-  float fine = 0.01F;          // step of derivatives of the texture [m]
+  float leaf_size = 0.1F;      // [m]
   float first = 0, ninth = 1;  // deciles of the texture
   Rgb leaf, bark;              // linear
   TrunkCurve curve;
@@ -294,21 +294,49 @@ void look_as_bark(const Kind& kind, const Place& place, RayShapeHit& hit) {
   hit.transmitted.setZero();
 }
 
-// Gardner shades with the texture; its relief turns the leaves.
-void look_as_leaves(const Kind& kind, const Copy& copy, const Lobe& lobe, const Place& place,
-                    const Vector3f& at, float value, RayShapeHit& hit) {
-  constexpr float relief = 0.9F;  // slope of leaves against the envelope
-  Vector3f gradient;
-  for (int i = 0; i < 3; ++i)
-    gradient[i] = (value_at(kind.tree.texture, at + kind.fine * Vector3f::Unit(i)) - value) / kind.fine;
-  gradient = lobe.to_texture.transpose() * gradient;
-  gradient -= gradient.dot(place.normal) * place.normal;
-  hit.normal = (place.normal - relief / kind.levels.slope * gradient).normalized();
+// Leaves are cells of space about points that are strewn in a lattice: the texture decides of each as a
+// whole, and each is turned in its own way.
+struct LeafCell {
+  Vector3f middle;
+  std::uint32_t number = 0;
+};
+
+LeafCell leaf_cell(const Vector3f& at, float size) {
+  constexpr float strewn = 0.7F;
+  const Vector3f place = at / size, low = (place - Vector3f::Constant(0.5F)).array().floor();
+  LeafCell nearest_cell;
+  float least = std::numeric_limits<float>::max();
+  for (int i = 0; i < 8; ++i) {
+    const Vector3f corner =
+        low + Vector3f(static_cast<float>(i & 1), static_cast<float>(i >> 1 & 1), static_cast<float>(i >> 2));
+    const auto whole = [&](int k) {
+      return static_cast<std::uint32_t>(static_cast<std::int32_t>(corner[k]));
+    };
+    const std::uint32_t number = hash(whole(0) * 73856093U ^ whole(1) * 19349663U ^ whole(2) * 83492791U);
+    const Vector3f middle =
+        corner + Vector3f(0.5F + strewn * (static_cast<float>(number & 1023U) / 1023 - 0.5F),
+                          0.5F + strewn * (static_cast<float>(number >> 10 & 1023U) / 1023 - 0.5F),
+                          0.5F + strewn * (static_cast<float>(number >> 20 & 1023U) / 1023 - 0.5F));
+    const float apart = (middle - place).squaredNorm();
+    if (apart < least) least = apart, nearest_cell = {size * middle, number};
+  }
+  return nearest_cell;
+}
+
+// Gardner shades with the texture.
+void look_as_leaves(const Kind& kind, const Copy& copy, const Place& place, const LeafCell& leaf, float value,
+                    RayShapeHit& hit) {
+  constexpr float turned = 0.9F;  // leaves against the envelope
+  const float z = 2 * hash_to_unit(leaf.number + 1) - 1, r = std::sqrt(1 - z * z);
+  const float angle = 2 * std::numbers::pi_v<float> * hash_to_unit(leaf.number + 2);
+  hit.normal = (place.normal + turned * Vector3f(r * std::cos(angle), r * std::sin(angle), z)).normalized();
   const float bright = std::clamp((value - kind.first) / (kind.ninth - kind.first), 0.0F, 1.3F);
   const float of_copy = 0.85F + 0.3F * hash_to_unit(3 * copy.number + 0x51ed27U);
-  const float warm = hash_to_unit(3 * copy.number + 0x51ed28U) - 0.5F + 0.5F * (bright - 0.6F);
-  const Rgb color =
-      (of_copy * (0.55F + 0.6F * bright) * kind.leaf).cwiseProduct(Rgb(1 + 0.3F * warm, 1, 1 - 0.2F * warm));
+  const float of_leaf = 0.8F + 0.4F * hash_to_unit(leaf.number + 3);
+  const float warm =
+      hash_to_unit(3 * copy.number + 0x51ed28U) - 0.5F + 0.4F * (hash_to_unit(leaf.number + 4) - 0.5F);
+  const Rgb color = (of_copy * of_leaf * (0.6F + 0.5F * bright) * kind.leaf)
+                        .cwiseProduct(Rgb(1 + 0.3F * warm, 1, 1 - 0.2F * warm));
   hit.reflected = color.cwiseMin(0.5F);
   hit.transmitted = light_through_leaf(hit.reflected).cwiseMin(0.45F);
 }
@@ -346,11 +374,12 @@ bool hit_copy(const Posed& posed, const Copy& copy, const Vector3f& origin, cons
     }
     const Vector3f moved = trembling(kind, copy, ray.at(meeting.distance), place.upright, time);
     const Vector3f at = texture_place(lobe, copy, place.resting) - lobe.to_texture * moved;
-    const float value = value_at(kind.tree.texture, at);
+    const LeafCell leaf = leaf_cell(at, kind.leaf_size);
+    const float value = value_at(kind.tree.texture, leaf.middle);
     const float opacity = opacity_at(kind.levels, kind.tree.cover, value, place.middle);
     const std::uint32_t own = 2U * meeting.lobe + meeting.leaves;
     if (!(hash_to_unit(random + 0x9e3779b9U * own) < opacity)) continue;
-    look_as_leaves(kind, copy, lobe, place, at, value, hit);
+    look_as_leaves(kind, copy, place, leaf, value, hit);
     hit.normal = copy.out(hit.normal);
     return true;
   }
@@ -467,7 +496,7 @@ std::shared_ptr<const RayShape> impression_shape(const ImpressionistTree& tree,
   kind->levels = levels_of(tree.texture);
   kind->first = threshold_for(kind->levels, 0.9F);
   kind->ninth = threshold_for(kind->levels, 0.1F);
-  kind->fine = static_cast<float>(tree.texture.wavelength * std::pow(0.5, tree.texture.octaves + 2));
+  kind->leaf_size = static_cast<float>(tree.leaf_size);
   kind->leaf = linear(tree.leaf_color);
   kind->bark = linear(tree.bark_color);
   kind->instances = std::move(instances);
