@@ -193,8 +193,7 @@ void RenderCommand::run(const CLI::App& flags) const {
   const FilmCamera camera = camera_of(scene, commands, moving);
   moving.things = make_things({scene, commands, camera, log, warnings});
   TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
-  for (const SceneThing& thing : moving.things)
-    traced.ray_shapes.insert(traced.ray_shapes.end(), thing.shapes.begin(), thing.shapes.end());
+  traced.ray_shapes = moving.shapes();
   const ToneMapping tones = tones_of(traced, picture.exposure);
   log.begin("scene");
   const Tracer tracer(traced);
