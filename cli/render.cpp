@@ -202,6 +202,7 @@ void RenderCommand::run(const CLI::App& flags) const {
   for (const SceneThing& thing : moving.things) {
     if (thing.ground_tint) traced.ground.tint = thing.ground_tint;
   }
+  traced.ray_shapes = moving.shapes();
   const ToneMapping tones = tones_of(traced, picture.exposure);
   log.begin("scene");
   const Tracer tracer(traced);
