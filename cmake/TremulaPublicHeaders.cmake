@@ -3,7 +3,7 @@
 set(public_headers pipeline)
 set(base_headers error memory types)
 set(numerics_headers lanczos pairwise_filter time_axis)
-set(geometry_headers expression grow lsystem plants skeleton surface)
+set(geometry_headers expression grow lsystem plants skeleton strands surface texels)
 set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame frame_presets load_margin material member panel plausibility
     plate_element prestress round_section sag sheet sheet_presets sites structure uniform_beam)
 set(modes_headers mode_quality modes solve_modes)

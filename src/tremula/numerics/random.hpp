@@ -21,6 +21,7 @@ enum class RandomStream : std::uint32_t {
   modal_loads = 7,
   waves = 8,
   placing = 9,
+  strands = 14,
   test = 1000,
 };
 
