@@ -177,6 +177,7 @@ SharedLoops move_object(const SceneObjectCommand& command, int headings, std::ve
 SharedLoops MovingScene::loops() const {
   SharedLoops all;
   for (const SharedLoops& object : objects) all.insert(all.end(), object.begin(), object.end());
+  for (const SceneThing& thing : things) all.insert(all.end(), thing.loops.begin(), thing.loops.end());
   return all;
 }
 
@@ -188,7 +189,9 @@ SceneCommands commands_of(const Scene& scene, const CLI::App& line) {
     commands.is_clip = commands.is_clip || plant.is_clip();
     commands.under_water = commands.under_water || plant.structure.medium == "water";
   }
-  const SceneObjectCommand& first = *commands.objects.at(0);
+  commands.air = std::make_unique<SceneObjectCommand>(scene, SceneObject{}, line);
+  commands.blowing = commands.air->at_place([&] { return commands.air->plant().conditions().weather.wind; });
+  const SceneObjectCommand& first = commands.objects.empty() ? *commands.air : *commands.objects.front();
   const Weather weather = first.at_place([&] { return first.plant().conditions().weather; });
   commands.wind = weather.wind.reference;
   commands.loop = weather.loop;
@@ -197,7 +200,7 @@ SceneCommands commands_of(const Scene& scene, const CLI::App& line) {
 }
 
 std::vector<Place> SceneCommands::input_places() const {
-  std::vector<Place> places;
+  std::vector<Place> places = air->plant().input_places();
   for (const auto& object : objects) {
     const std::vector<Place> own = object->plant().input_places();
     places.insert(places.end(), own.begin(), own.end());
