@@ -102,7 +102,7 @@ void measure_bound(const Loop& loop, const TraceOptions& options) {
   std::vector<LoopShape> shapes;
   shapes.push_back(shape_of(scene.loops[0], scene.poses_per_loop));
   const double as_many_as_in_a_frame = 960.0 * 540 * 64;
-  const PosedScene posed(device.get(), {&shapes[0]}, 3, options.shutter, as_many_as_in_a_frame);
+  const PosedScene posed(device.get(), {&shapes[0]}, {}, 3, options.shutter, as_many_as_in_a_frame);
   const Camera camera = camera_of(loop, static_cast<double>(options.width) / options.height);
   std::vector<ShotRay> shot;
   const auto trace_all = [&](std::vector<ShotRay>* log) {

@@ -18,7 +18,7 @@ set(io_headers atomic_file beam_plot contact_sheet exr film frame_file gauge_tab
     profile_table sheet_file skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot
     wind_targets wind_verdict)
 set(scene_headers film_camera haze placing scene scene_file scene_keys)
-set(raytrace_headers raytrace)
+set(raytrace_headers ray_shape raytrace)
 foreach(folder base numerics geometry structure modes wind dynamics deformation render raytrace io scene)
   foreach(header ${${folder}_headers})
     list(APPEND public_headers ${folder}/${header})

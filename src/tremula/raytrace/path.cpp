@@ -117,6 +117,21 @@ Vertex vertex_of(const GroundLook& ground, const Vector3f& point, const Vector3f
   return vertex;
 }
 
+Vertex vertex_of(const Ray& ray, const RayShapeHit& hit) {
+  Vertex vertex;
+  Scattering& to = vertex.scattering;
+  const Vector3f to_eye = -ray.direction, point = ray.origin + hit.distance * ray.direction;
+  to.plane = hit.normal.dot(to_eye) < 0 ? Vector3f(-hit.normal) : hit.normal;
+  to.normal = facing(to.plane, to_eye);
+  const float most = (hit.reflected + hit.transmitted).maxCoeff(), scale = most > 1 ? 1 / most : 1;
+  to.reflected = scale * hit.reflected;
+  to.transmitted = scale * hit.transmitted;
+  const float away = clearance(point);
+  vertex.front = point + away * to.plane;
+  vertex.behind = point - away * to.plane;
+  return vertex;
+}
+
 float power_share(float mine, float other) { return mine * mine / (mine * mine + other * other); }
 
 class Path {
@@ -157,11 +172,13 @@ class Path {
  private:
   Hit closest(float farthest) {
     ++rays_;
+    ray_.random = sampler_.ticket();
     if (settings_.shot) settings_.shot->push_back({ray_, farthest, false});
     return settings_.scene.closest(ray_, farthest);
   }
-  bool blocked(const Ray& ray, float farthest) {
+  bool blocked(Ray ray, float farthest) {
     ++rays_;
+    ray.random = sampler_.ticket();
     if (settings_.shot) settings_.shot->push_back({ray, farthest, true});
     return settings_.scene.blocked(ray, farthest);
   }
@@ -172,6 +189,7 @@ class Path {
 
   Vertex meet(const Hit& hit, float distance, const Vector3f& to_eye, int depth) const {
     const float across = distance * settings_.pixel;
+    if (hit.of_shape) return vertex_of(ray_, hit.shape);
     if (hit) {
       const Spot spot = settings_.scene.spot(ray_, hit);
       return vertex_of(settings_, spot, to_eye, depth == 0 ? across : flat_footprint);

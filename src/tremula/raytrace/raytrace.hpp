@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tremula/deformation/loop.hpp"
+#include "tremula/raytrace/ray_shape.hpp"
 #include "tremula/render/camera.hpp"
 #include "tremula/render/daylight.hpp"
 #include "tremula/render/linear_image.hpp"
@@ -35,6 +36,7 @@ struct Haze {
 // large scenes fewer, but no fewer than two, so that all poses together have no more than `posed_triangles`.
 struct TraceScene {
   std::vector<std::shared_ptr<const Loop>> loops = {};
+  std::vector<std::shared_ptr<const RayShape>> ray_shapes = {};  // beside them: what is no triangles
   GroundLook ground = {};
   Haze haze = {};
   bool under_water = false;
@@ -62,6 +64,7 @@ struct TraceOptions {
 struct TraceCounts {
   std::uint64_t rays = 0;                                 // all that were shot
   std::uint64_t triangles = 0, instances = 0, poses = 0;  // poses: that were held of all loops
+  std::uint64_t shapes = 0;                               // that are no triangles
   double seconds_build = 0, seconds_trace = 0;
 };
 
