@@ -120,7 +120,6 @@ void plant(StrandPatch& patch, const Rows& rows, float margin, const StrandOptio
     const float inside = std::min(foot.minCoeff(), (patch.size - foot).minCoeff());
     const std::uint32_t variant = inside < margin ? 0U : static_cast<std::uint32_t>(options.variant);
     Draw draw(options.seed, bin + 16 * (variant + 1), number);
-    patch.feet.push_back(foot);
     grow(foot, draw);
   }
 }
@@ -159,6 +158,7 @@ void add_panicle(StrandPatch& patch, const Vector3f& start, float azimuth, float
 void add_culm(StrandPatch& patch, const Vector2f& hill, Draw& draw) {
   const float around = draw.between(-pi, pi), out = 0.035F * std::sqrt(draw.unit());
   const Vector3f foot(hill.x() + out * std::cos(around), hill.y() + out * std::sin(around), 0);
+  patch.feet.emplace_back(foot.head<2>());
   const float azimuth = around + draw.between(-0.5F, 0.5F), lean = draw.between(0, 0.06F) + 3 * out;
   const Arc culm{.start = foot,
                  .length = draw.between(0.64F, 0.78F),
@@ -204,6 +204,7 @@ const Look moss_seta = {{0.30F, 0.10F, 0.03F}, {0.38F, 0.17F, 0.05F}};
 
 void add_shoot(StrandPatch& patch, const Vector2f& at, Draw& draw) {
   const Vector3f foot(at.x(), at.y(), 0);
+  patch.feet.push_back(at);
   const Arc shoot{.start = foot,
                   .length = draw.between(0.016F, 0.026F),
                   .azimuth = draw.between(-pi, pi),
@@ -266,6 +267,7 @@ const Look guard_hair = {{0.20F, 0.12F, 0.06F}, {0.46F, 0.30F, 0.16F}};
 const Look under_fur = {{0.30F, 0.23F, 0.17F}, {0.40F, 0.30F, 0.20F}};
 
 void add_hair(StrandPatch& patch, const Vector2f& at, bool guard, Draw& draw) {
+  patch.feet.push_back(at);
   const Arc hair{.start = {at.x(), at.y(), 0},
                  .length = guard ? draw.between(0.036F, 0.046F) : draw.between(0.016F, 0.024F),
                  .azimuth = draw.between(-0.3F, 0.3F) + (guard ? 0 : draw.between(-0.8F, 0.8F)),
