@@ -99,11 +99,11 @@ ChosenWind PlantInWind::chosen_wind() const {
   if (wind == "turbulent") {
     const WindFlags flags = flags_of_wind();
     const TurbulentWind turbulent = flags.wind();
-    return {turbulent, describe(flags, turbulent)};
+    return {moved_across(Wind(turbulent, realisation), across), describe(flags, turbulent)};
   }
   if (is_stam()) {
     const StamWind stam = stam_wind();
-    return {stam,
+    return {moved_across(stam, across),
             {{"wind_speed_m_s", stam.mean.speed},
              {"reference_height_m", stam.mean.reference_height},
              {"profile", wind_flags.profile},
@@ -117,7 +117,7 @@ ChosenWind PlantInWind::chosen_wind() const {
     const auto field = std::make_shared<const WindField>(wind_field(read_turbsim(wind)));
     const Wind given = GivenWind{field, wind_flags.heading};
     const std::optional<double> intensity = given.reference.intensity;
-    return {given,
+    return {moved_across(given, across),
             {{"wind_speed_m_s", given.reference.speed},
              {"reference_height_m", given.reference.height},
              {"heading_deg", given.reference.heading},

@@ -49,11 +49,12 @@ class SceneObjectCommand {
   std::map<std::string, FilePlace> places_;  // of its settings, by flag
 };
 
-// A loop for every heading that its copies stand in, with those that take it. The presets of sheets and
+// A loop for every heading that its copies stand in, or for every copy in gusts of its own (own_gusts), with
+// those that take it. The presets of sheets and
 // frames face the wind, wherever their copies would turn.
 using SharedLoops = std::vector<std::shared_ptr<const Loop>>;
-SharedLoops move_object(const SceneObjectCommand& command, int headings, std::vector<Instance> instances,
-                        StageLog& log, WarningLog& warnings);
+SharedLoops move_object(const SceneObjectCommand& command, const SceneObject& object,
+                        std::vector<Instance> instances, StageLog& log, WarningLog& warnings);
 
 // The objects of a scene, each with its settings checked, before any is read.
 struct SceneCommands {
@@ -87,6 +88,7 @@ struct MovingScene {
   std::vector<SceneThing> things = {};
 
   SharedLoops loops() const;
+  std::vector<std::shared_ptr<const RayShape>> shapes() const;
 };
 MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageLog& log,
                        WarningLog& warnings);

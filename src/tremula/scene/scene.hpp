@@ -75,6 +75,9 @@ struct SceneObject {
   std::optional<Eigen::Vector3f> bark_color = {}, leaf_color = {},
                                  color = {};  // sRGB, 0–1; the last of a sheet
   int headings = 8;  // a turned copy bows downwind in a motion of its own heading, the nearest of so many
+  // Up to so many copies each move in the gusts of their own place; more share those of the origin, each at
+  // its own time.
+  int own_gusts = 12;
   Crowd crowd = {};
   FilePlace place = {};
 };

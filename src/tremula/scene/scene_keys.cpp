@@ -515,7 +515,13 @@ SceneKeys all_keys() {
         .target = &SceneObject::headings,
         .least = 1,
         .most = 64,
-        .meaning = "Turned copies bow downwind in motions made for so many headings, the nearest for each"}}};
+        .meaning = "Turned copies bow downwind in motions made for so many headings, the nearest for each"},
+       {.name = "own_gusts",
+        .target = &SceneObject::own_gusts,
+        .least = 0,
+        .most = 1000,
+        .meaning = "Up to so many copies each move in the gusts of their own place; more share those of one "
+                   "place, each at its own time"}}};
   all.crowd = {"",
                "objects",
                "",
