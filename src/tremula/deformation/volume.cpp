@@ -122,9 +122,9 @@ PosedVolume pose_volume(const VolumeGround& ground, double time, double shutter)
       if (!(far > 0)) return Vector2f::Zero();
       return (tip_angle(far / field.height) / top.norm() * top).cast<float>();
     };
-    Vector4f both;
-    both << bend_at(time - shutter / 2), bend_at(time + shutter / 2);
-    return both;
+    const Vector2f first = bend_at(time - shutter / 2),
+                   last = shutter > 0 ? bend_at(time + shutter / 2) : first;
+    return {first.x(), first.y(), last.x(), last.y()};
   });
   if (!std::ranges::all_of(posed.bend.values, [](const Vector4f& bend) { return bend.allFinite(); }))
     throw Error("the sway of a volume has numbers that are not finite");

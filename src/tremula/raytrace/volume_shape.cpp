@@ -139,7 +139,7 @@ Vector3f visible_normal(const TexelValue& value, const Vector3f& direction, cons
   const LocalAxes axes(-direction);  // x, y and z: k, j and i of the paper
   const Vector3f t = axes.in(value.axis);
   const float q = 2 / (2 + value.spread), less = q * (1 - value.spread);  // S = q - less t t^T
-  const float kk = q - less * t.x() * t.x(), jj = q - less * t.y() * t.y(), ii = q - less * t.z() * t.z();
+  const float jj = q - less * t.y() * t.y(), ii = q - less * t.z() * t.z();
   const float kj = -less * t.x() * t.y(), ki = -less * t.x() * t.z(), ji = -less * t.y() * t.z();
   const float determinant = std::max(0.0F, q * q * (q - less)), minor = std::max(0.0F, jj * ii - ji * ji);
   const float root_i = std::sqrt(std::max(ii, 1e-12F)), root_minor = std::sqrt(std::max(minor, 1e-12F));
