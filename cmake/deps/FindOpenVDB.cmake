@@ -9,7 +9,7 @@ include(FindPackageHandleStandardArgs)
 find_package_handle_standard_args(OpenVDB REQUIRED_VARS OpenVDB_LIBRARY OpenVDB_INCLUDE_DIR OpenVDB_BOOST_DIR
                                   OpenVDB_IMATH_DIR OpenVDB_IMATH TBB_FOUND)
 if(OpenVDB_FOUND AND NOT TARGET OpenVDB::openvdb)
-  add_library(OpenVDB::openvdb UNKNOWN IMPORTED)
+  add_library(OpenVDB::openvdb UNKNOWN IMPORTED GLOBAL)
   set_target_properties(OpenVDB::openvdb PROPERTIES IMPORTED_LOCATION ${OpenVDB_LIBRARY}
                         INTERFACE_INCLUDE_DIRECTORIES "${OpenVDB_INCLUDE_DIR};${OpenVDB_BOOST_DIR};${OpenVDB_IMATH_DIR}"
                         INTERFACE_LINK_LIBRARIES "${OpenVDB_IMATH};TBB::tbb")
