@@ -85,7 +85,10 @@ SowOptions options_of(const SceneGrass& grass, const GrassSpecies& species, cons
   const double margin = 1 + 3 * grass.height.value_or(species.height);
   options.density_at = [masks, views, margin](const Vector2d& place) {
     const auto sees = [&](const View& view) { return view.sees(place, margin); };
-    return (views.empty() || std::ranges::any_of(views, sees)) && !is_masked(masks, place) ? 1.0 : 0.0;
+    return (views.empty() || std::ranges::any_of(views, sees)) &&
+                   masks_leave(masks.inside, masks.outside, place)
+               ? 1.0
+               : 0.0;
   };
   if (views.empty()) return options;
   Thinning thinning{.eyes = {}, .full_until = std::max(2.0, widths_to_the_first * species.kinds[0].width)};

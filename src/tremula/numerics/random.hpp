@@ -22,6 +22,7 @@ enum class RandomStream : std::uint32_t {
   waves = 8,
   placing = 9,
   grass = 10,
+  strands = 14,
   lattice_u = 20,
   lattice_v = 21,
   lattice_w = 22,
