@@ -91,6 +91,7 @@ struct MovingScene {
   std::vector<SceneThing> things = {};
 
   SharedLoops loops() const;
+  std::vector<std::shared_ptr<const RayShape>> shapes() const;
 };
 MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageLog& log,
                        WarningLog& warnings);
@@ -98,7 +99,11 @@ MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageL
 // What a file can name: flags and presets of this program.
 SceneVocabulary scene_vocabulary();
 
-// INPUT as a scene: that of its file, or of the plant that it names alone.
+// The name of a species of grass; and a scene with nothing else on such a piece of ground [m].
+bool is_grass(const std::string& input);
+Scene scene_of_grass(const std::string& species, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
+
+// INPUT as a scene: that of its file, or of the plant or grass that it names alone.
 Scene open_scene(const std::string& input);
 bool is_scene(const std::string& input);
 // The one of that name; of a scene of one object that one, for no name. Throws InputError.
