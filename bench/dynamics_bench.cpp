@@ -182,11 +182,11 @@ BENCHMARK(oscillators_force)->Unit(benchmark::kMicrosecond);
 // of that for real series, in double and in float) and for each bin 4 flops a column and weight; the weights
 // take some 60 exponentials each.
 void response_field(benchmark::State& state) {
-  TravellingField gusts{.loop = axis,
-                        .speed = 6,
-                        .plane = {.columns = 1001, .heights = {0.5}},
-                        .mean = {{6, 0, 0}},
-                        .values = {}};
+  TravellingField gusts;
+  gusts.loop = axis;
+  gusts.speed = 6;
+  gusts.plane = {.columns = 1001, .heights = {0.5}};
+  gusts.mean = {{6, 0, 0}};
   gusts.values.resize(1001 * static_cast<std::size_t>(axis.sample_count));
   for (std::size_t i = 0; i < gusts.values.size(); ++i)
     gusts.values[i][0] = static_cast<float>(i * 7919 % 1000) / 500 - 1;

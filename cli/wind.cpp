@@ -360,7 +360,8 @@ void VectorFlags::draw(const WindField& field, Outputs& files, StageLog& log) co
   const TravellingField row = travelling_row(field, height.value_or(grid.reference_height));
   GustView view = view_of_gusts(row, 40, without_mean);
   const std::size_t format = vector_format(file);
-  // What repeats shows any instant; what does not, those whose gusts are all in it.
+  // What repeats shows any instant; what does not, those whose gusts are all in it, and half of it at most.
+  if (!grid.periodic) view.low.x() = std::max(view.low.x(), -0.5 * grid.mean_speed * grid.period());
   const double last = grid.period() + view.low.x() / grid.mean_speed;
   if (!grid.periodic && format != vector_film && !(time >= 0 && time <= last)) {
     throw InputError("--time", number_text(time) + " s",
@@ -371,7 +372,7 @@ void VectorFlags::draw(const WindField& field, Outputs& files, StageLog& log) co
   if (format == vector_svg) files.add(file, plot_gusts(row, view));
   if (format == vector_png) files.add(file, encode_png(picture_of_gusts(row, view)));
   if (format == vector_film) {
-    const int frames = grid.periodic ? grid.step_count : static_cast<int>(last / grid.step);
+    const int frames = grid.periodic ? grid.step_count : std::max(1, static_cast<int>(last / grid.step));
     const Image first = picture_of_gusts(row, view);
     Film film(file, {.width = first.width,
                      .height = first.height,
