@@ -176,11 +176,12 @@ std::function<double(const Vector2d&)> tallness_of(const SceneVolume& volume, do
 }
 
 void check_place(const SceneVolume& volume, const VolumeField& field) {
-  check_scatter({.density = 1e-9,
-                 .low = volume.low,
-                 .high = volume.high,
-                 .inside = volume.inside,
-                 .outside = volume.outside});
+  Scatter masks;  // has the same masks, which are checked with it
+  masks.low = volume.low;
+  masks.high = volume.high;
+  masks.inside = volume.inside;
+  masks.outside = volume.outside;
+  check_scatter(masks);
   constexpr int steps = 200;
   for (int i = 0; i < steps * steps; ++i) {
     const Vector2d share((i % steps + 0.5) / steps, (i / steps + 0.5) / steps);

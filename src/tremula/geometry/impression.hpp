@@ -87,7 +87,7 @@ float threshold_for(const TextureLevels& levels, float cover);
 // place lies: 1 where it sees the middle of the quadric, 0 at its silhouette. The threshold grows towards
 // the silhouette, which gets ragged so (Gardner 1985, eq. for translucence).
 struct CrownCover {
-  float middle = 0.85F, edge = 0.3F;  // share of the crown that is covered there
+  float middle = 0.9F, edge = 0.03F;  // share of the crown that is covered there
   float softness = 0.04F;             // range of T over which leaves fade out
 };
 float opacity_at(const TextureLevels& levels, const CrownCover& cover, float value, float middle);
