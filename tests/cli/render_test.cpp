@@ -146,9 +146,10 @@ TEST_F(Render, AFilmHasEveryFrameOfTheLoop) {
 }
 
 TEST_F(Render, GustsStandAsArrowsInTheSceneOrTintItsGround) {
+  const std::string soil = "[ground]\nkind = \"soil\"\n";
   const std::string area = "[gusts]\nlow = [-3, -3]\nhigh = [3, 3]\nspacing = 1\n";
   const auto picture_with = [&](const std::string& gusts, int arrows) {
-    write_scene(gusts);
+    write_scene(soil + gusts);
     const Outcome outcome = run(folder, "render s.toml" + small + "--report r.json -o a.png");
     EXPECT_EQ(outcome.code, 0) << outcome.messages;
     const auto report = nlohmann::json::parse(contents(folder / "r.json"));
@@ -161,12 +162,12 @@ TEST_F(Render, GustsStandAsArrowsInTheSceneOrTintItsGround) {
   EXPECT_NE(arrows, bare);
   EXPECT_NE(tint, bare);
   EXPECT_NE(both, arrows);
-  write_scene(area + "arrows = false\n");
+  write_scene(soil + area + "arrows = false\n");
   Outcome outcome = run(folder, "render s.toml" + small + "-o b.png");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.messages, HasSubstr("neither arrows nor tint"));
   EXPECT_THAT(outcome.messages, HasSubstr("s.toml:"));
-  write_scene("[gusts]\nlow = [-500, -500]\nhigh = [500, 500]\nspacing = 1\n");
+  write_scene(soil + "[gusts]\nlow = [-500, -500]\nhigh = [500, 500]\nspacing = 1\n");
   outcome = run(folder, "render s.toml" + small + "-o b.png");
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.messages, HasSubstr("a larger spacing"));
