@@ -99,6 +99,9 @@ ChosenWind PlantInWind::chosen_wind() const {
   if (wind == "turbulent") {
     const WindFlags flags = flags_of_wind();
     const TurbulentWind turbulent = flags.wind();
+    // A plant alone has the gusts that it would have in a scene; but those of phases only none can share.
+    const bool of_world = shares_wind || turbulent.amplitudes == Amplitudes::gaussian;
+    const Realisation realisation = of_world ? Realisation::of_world : Realisation::of_points;
     return {moved_across(Wind(turbulent, realisation), across), describe(flags, turbulent)};
   }
   if (is_stam()) {

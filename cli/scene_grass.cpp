@@ -36,7 +36,8 @@ struct View {
 
 View view_of(const Camera& camera) {
   const double level = camera.forward.head<2>().norm(), down = std::abs(camera.forward.z());
-  const double nearest = level - camera.half_height * down;  // of the lower edge of the picture, at distance 1
+  const double nearest =
+      level - camera.half_height * down;  // of the lower edge of the picture, at distance 1
   View view{.eye = camera.eye.head<2>(), .forward = Vector2d::UnitX(), .half_angle = std::numbers::pi};
   if (nearest < 0.1) return view;
   view.forward = camera.forward.head<2>() / level;
@@ -44,8 +45,10 @@ View view_of(const Camera& camera) {
   return view;
 }
 
+// None: of a file, which is looked at from anywhere.
 std::vector<View> views_of(const ThingSite& site) {
   std::vector<View> views;
+  if (!site.camera.camera) return views;
   for (int i = 0; i < eyes_of_a_film; ++i) {
     views.push_back(view_of(site.camera.camera(site.loop().period * i / eyes_of_a_film)));
     if (i > 0 && views.back().eye == views.front().eye && views.back().forward == views.front().forward)
@@ -82,8 +85,12 @@ SowOptions options_of(const SceneGrass& grass, const GrassSpecies& species, cons
   const double margin = 1 + 3 * grass.height.value_or(species.height);
   options.density_at = [masks, views, margin](const Vector2d& place) {
     const auto sees = [&](const View& view) { return view.sees(place, margin); };
-    return std::ranges::any_of(views, sees) && !is_masked(masks, place) ? 1.0 : 0.0;
+    return (views.empty() || std::ranges::any_of(views, sees)) &&
+                   masks_leave(masks.inside, masks.outside, place)
+               ? 1.0
+               : 0.0;
   };
+  if (views.empty()) return options;
   Thinning thinning{.eyes = {}, .full_until = std::max(2.0, widths_to_the_first * species.kinds[0].width)};
   for (const View& view : views) thinning.eyes.push_back(view.eye);
   options.thinning = thinning;

@@ -35,7 +35,8 @@ struct Skin {
 };
 
 // The middle line of a flat blade, from its pairs of vertices.
-std::vector<Vec3> middle_of(const GrassInWind& grass, std::size_t blade, const std::vector<Vector3f>& positions) {
+std::vector<Vec3> middle_of(const GrassInWind& grass, std::size_t blade,
+                            const std::vector<Vector3f>& positions) {
   std::vector<Vec3> middle;
   const std::uint32_t first = grass.first_vertex[blade];
   const int pieces = grass.meadow.species.kinds[grass.meadow.kind[blade]].pieces;

@@ -127,7 +127,9 @@ TEST(Sow, RefusesInOneLineWhatMakesNoMeadow) {
   bare.density_at = [](const Eigen::Vector2d&) { return 0.0; };
   EXPECT_EQ(test::complaint_of([&] { sow(lawn, bare); }),
             "field of grass: no blade in it, wanted ground that the masks leave, and a density for it");
-  EXPECT_EQ(test::complaint_of([&] { sow(lawn, {.low = {1, 0}, .high = {0, 1}}); }),
+  EXPECT_EQ(test::complaint_of([&] {
+              sow(lawn, {.low = {1, 0}, .high = {0, 1}});
+            }),
             "the field of grass: it ends before it begins, wanted low below high, along x and y");
   const std::string large = test::complaint_of([&] { sow(lawn, {.low = {-9e5, -9e5}, .high = {9e5, 9e5}}); });
   EXPECT_EQ(large.find("field of grass: 2.268e+16 blades"), 0U) << large;

@@ -102,7 +102,8 @@ TEST(BendRod, StandsInAWindFromTheSideWhereTheEquilibriumOfABeamTreeDoes) {
       Mat3 turning;
       for (int axis = 0; axis < 3; ++axis) {
         const Vec3 turn = 1e-6 * Vec3::Unit(axis);
-        turning.col(axis) = (force(direction + turn.cross(direction)) - force(direction - turn.cross(direction))) / 2e-6;
+        turning.col(axis) =
+            (force(direction + turn.cross(direction)) - force(direction - turn.cross(direction))) / 2e-6;
       }
       EndLoads ends;
       add_force(shape_at(tree.members[index_of(k)].beam, 0.5), direction, force(direction), turning, ends);

@@ -40,7 +40,8 @@ std::array<float, 12> drawn(const BladeKind& kind, const Eigen::Matrix3Xd& fine)
   std::array<float, 12> result = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1};
   const std::vector<double> joints = joints_of(kind);
   for (std::size_t piece = 0; piece + 1 < joints.size(); ++piece) {
-    const auto first = std::lround(joints[piece] * chain_pieces), end = std::lround(joints[piece + 1] * chain_pieces);
+    const auto first = std::lround(joints[piece] * chain_pieces),
+               end = std::lround(joints[piece + 1] * chain_pieces);
     const Vec3 direction = fine.middleCols(first, end - first).rowwise().sum().normalized();
     for (std::size_t axis = 0; axis < 3; ++axis)
       result[lanes * axis + piece] = static_cast<float>(direction[static_cast<Eigen::Index>(axis)]);
@@ -79,9 +80,9 @@ void tabulate_half(const BladeKind& kind, const BladeResponse& blade, int number
 
 struct BladeVertex {
   int joint;
-  float across, out;                 // along the flat side and out of it, in widths
-  float normal_across, normal_out;   // unit
-  float u;                           // of the texture
+  float across, out;                // along the flat side and out of it, in widths
+  float normal_across, normal_out;  // unit
+  float u;                          // of the texture
 };
 
 struct BladeSkin {
@@ -98,8 +99,8 @@ BladeSkin skin_of_blade(int pieces) {
   BladeSkin skin{.vertices = {}, .triangles = {}, .two_sided = true};
   for (int joint = 0; joint < pieces; ++joint) {
     for (const float side : {-1.0F, 1.0F}) {
-      skin.vertices.push_back({joint, 0.5F * side * widths[index_of(joint)], 0, -tilt * side, level,
-                               0.5F + 0.5F * side});
+      skin.vertices.push_back(
+          {joint, 0.5F * side * widths[index_of(joint)], 0, -tilt * side, level, 0.5F + 0.5F * side});
     }
   }
   skin.vertices.push_back({pieces, 0, 0, 0, 1, 0.5F});
@@ -180,8 +181,8 @@ double phase_of(double time, double period) {
 
 // The field at one time: sample and column from x and y.
 struct Lookup {
-  float cosine, sine;              // of the heading
-  float now, samples_per_metre;    // sample at x = 0
+  float cosine, sine;            // of the heading
+  float now, samples_per_metre;  // sample at x = 0
   float samples;
   float first_column, columns_per_metre;
   int columns, sample_count;
@@ -204,13 +205,16 @@ struct Lookup {
     const float along = cosine * x + sine * y, across = cosine * y - sine * x;
     float sample = now - samples_per_metre * along;
     sample -= samples * std::floor(sample / samples);
-    const float column = std::clamp((across - first_column) * columns_per_metre, 0.0F, static_cast<float>(columns - 1));
+    const float column =
+        std::clamp((across - first_column) * columns_per_metre, 0.0F, static_cast<float>(columns - 1));
     const int p = std::min(static_cast<int>(sample), sample_count - 1);
     const int c = std::min(static_cast<int>(column), std::max(columns - 2, 0));
     const float t = sample - static_cast<float>(p), w = column - static_cast<float>(c);
     const int next = p + 1 == sample_count ? 0 : p + 1, right = c + 1 < columns ? 1 : 0;
-    const auto* before = &angle[static_cast<std::size_t>(p) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c)];
-    const auto* after = &angle[static_cast<std::size_t>(next) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c)];
+    const auto* before =
+        &angle[static_cast<std::size_t>(p) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(c)];
+    const auto* after = &angle[static_cast<std::size_t>(next) * static_cast<std::size_t>(columns) +
+                               static_cast<std::size_t>(c)];
     std::array<float, 2> value;
     for (std::size_t i = 0; i < 2; ++i) {
       const float low = before[0][i] + w * (before[right][i] - before[0][i]);
@@ -231,7 +235,8 @@ struct Lookup {
 // Along and across the wind, lean and gusts.
 std::array<float, 2> wind_angles(const GrassInWind& grass, const Lookup& lookup, std::size_t i) {
   const Meadow& meadow = grass.meadow;
-  const auto& follows = grass.follows[std::size_t{meadow.kind[i]} * frequency_classes + meadow.frequency_class[i]];
+  const auto& follows =
+      grass.follows[std::size_t{meadow.kind[i]} * frequency_classes + meadow.frequency_class[i]];
   std::array<float, 2> gust = grass.way == GrassMotion::in_time
                                   ? lookup(grass.of_blade[i])
                                   : lookup(follows.angle, meadow.x[i], meadow.y[i]);
@@ -258,14 +263,15 @@ Directions looked_up(const BendTable& table, int trajectory, float in_plane, flo
   const float shrink = 1 / (1 + std::sqrt(in_plane * in_plane + across * across));
   const float u = (in_plane * shrink + 1) * (0.5F * (table_in_plane - 1));
   const float v = std::abs(across) * shrink * (table_across - 1);
-  const int column = std::min(static_cast<int>(u), table_in_plane - 2), row = std::min(static_cast<int>(v), table_across - 2);
+  const int column = std::min(static_cast<int>(u), table_in_plane - 2),
+            row = std::min(static_cast<int>(v), table_across - 2);
   const float s = u - static_cast<float>(column), t = v - static_cast<float>(row);
   const auto* low = &table.directions[index_of((trajectory * table_across + row) * table_in_plane + column)];
   const auto* high = low + table_in_plane;
   const float a = (1 - s) * (1 - t), b = s * (1 - t), c = (1 - s) * t, d = s * t;
   const auto blend = [&](std::size_t axis) {
-    return a * lane4(low[0].data() + axis) + b * lane4(low[1].data() + axis) + c * lane4(high[0].data() + axis) +
-           d * lane4(high[1].data() + axis);
+    return a * lane4(low[0].data() + axis) + b * lane4(low[1].data() + axis) +
+           c * lane4(high[0].data() + axis) + d * lane4(high[1].data() + axis);
   };
   Directions found{blend(0), blend(4), blend(8)};
   const Lane4 unit = reciprocal_root(found.x * found.x + found.y * found.y + found.z * found.z + 1e-12F);
@@ -281,7 +287,7 @@ void carry(const Vector3f& t, Directions& v) {
   const Lane4 share = (v.x * t.x() + v.y * t.y() + v.z * (1 + t.z())) * by, twice = 2 * v.z;
   v.x += (twice - share) * t.x();
   v.y += (twice - share) * t.y();
-  v.z += twice * t.z() - share * (1 + t.z()) ;
+  v.z += twice * t.z() - share * (1 + t.z());
 }
 
 // A posed blade: joints, and at each the axes of its flat side.
@@ -318,7 +324,8 @@ class Poser {
       Posed& posed = is_stem ? stem : blade;
       stand(i, skins_[kind], stem, still, posed);
       const std::size_t vertex = grass_.first_vertex[i];
-      dress(skins_[kind].skin, grass_.meadow.width[i], posed, positions + vertex, normals ? normals + vertex : nullptr);
+      dress(skins_[kind].skin, grass_.meadow.width[i], posed, positions + vertex,
+            normals ? normals + vertex : nullptr);
     }
   }
 
@@ -368,7 +375,8 @@ class Poser {
     const Lane4 zero = {0, 0, 0, 0}, above = 1 + d.z;
     const Lane4 by = 1 / (above > 1e-3F ? above : zero + 1e-3F);
     // Out of the flat side (c, s, 0) and along it (-s, c, 0): v - (v.t)/(1+t_z) (z+t).
-    const Lane4 out_t = c * d.x + s * d.y, out_by = out_t * by, across_t = c * d.y - s * d.x, across_by = across_t * by;
+    const Lane4 out_t = c * d.x + s * d.y, out_by = out_t * by, across_t = c * d.y - s * d.x,
+                across_by = across_t * by;
     const Lane4 out_x = c - out_by * d.x, out_y = s - out_by * d.y, across_x = -s - across_by * d.x,
                 across_y = c - across_by * d.y;
     for (int joint = 0; joint <= pieces; ++joint) {
@@ -379,13 +387,16 @@ class Poser {
     }
   }
 
-  static void dress(const BladeSkin& skin, float width, const Posed& posed, Vector3f* positions, Vector3f* normals) {
+  static void dress(const BladeSkin& skin, float width, const Posed& posed, Vector3f* positions,
+                    Vector3f* normals) {
     for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
       const BladeVertex& vertex = skin.vertices[v];
       const auto joint = index_of(vertex.joint);
-      positions[v] = posed.joint[joint] + width * (vertex.across * posed.across[joint] + vertex.out * posed.out[joint]);
+      positions[v] =
+          posed.joint[joint] + width * (vertex.across * posed.across[joint] + vertex.out * posed.out[joint]);
       if (normals)
-        normals[v] = (vertex.normal_across * posed.across[joint] + vertex.normal_out * posed.out[joint]).normalized();
+        normals[v] =
+            (vertex.normal_across * posed.across[joint] + vertex.normal_out * posed.out[joint]).normalized();
     }
   }
 
@@ -417,9 +428,10 @@ void pose_all(const GrassInWind& grass, double time, bool still, std::span<Vecto
 void check_in_time(const GrassInWind& grass) {
   const double bytes = 8.0 * static_cast<double>(grass.blade_count()) * grass.loop.sample_count;
   if (bytes < 0.8 * static_cast<double>(available_memory())) return;
-  throw InputError("blades in time",
-                   std::to_string(grass.blade_count()) + " for " + std::to_string(grass.loop.sample_count) + " samples",
-                   "fewer, or blades that look their motion up");
+  throw InputError(
+      "blades in time",
+      std::to_string(grass.blade_count()) + " for " + std::to_string(grass.loop.sample_count) + " samples",
+      "fewer, or blades that look their motion up");
 }
 
 std::vector<std::array<float, 2>> at_height(const TravellingField& field, double height) {
@@ -430,7 +442,8 @@ std::vector<std::array<float, 2>> at_height(const TravellingField& field, double
   values.reserve(index_of(plane.columns) * index_of(field.loop.sample_count));
   for (int p = 0; p < field.loop.sample_count; ++p) {
     for (int c = 0; c < plane.columns; ++c) {
-      const Vec3 place = (plane.first_column + c * plane.spacing) * across + (field.ground + height) * Vec3::UnitZ();
+      const Vec3 place =
+          (plane.first_column + c * plane.spacing) * across + (field.ground + height) * Vec3::UnitZ();
       const Vector3f value = local_value_at(field, place, field.loop.period * p / field.loop.sample_count);
       values.push_back({value.x(), value.y()});
     }
@@ -440,21 +453,28 @@ std::vector<std::array<float, 2>> at_height(const TravellingField& field, double
 
 // One layer, at the height of the tips.
 TravellingField layer_at(const TravellingField& gusts, double height) {
-  TravellingField layer{.loop = gusts.loop, .heading = gusts.heading, .speed = gusts.speed, .plane = gusts.plane,
-                        .ground = gusts.ground, .mean = {mean_at(gusts, gusts.ground + height)}, .values = {}};
+  TravellingField layer{.loop = gusts.loop,
+                        .heading = gusts.heading,
+                        .speed = gusts.speed,
+                        .plane = gusts.plane,
+                        .ground = gusts.ground,
+                        .mean = {mean_at(gusts, gusts.ground + height)},
+                        .values = {}};
   layer.plane.heights = {height};
   for (const auto& [along, across] : at_height(gusts, height)) layer.values.push_back({along, across, 0, 0});
   return layer;
 }
 
-void follow_in_time(GrassInWind& grass, const std::vector<BladeResponse>& blades, const TravellingField& gusts) {
+void follow_in_time(GrassInWind& grass, const std::vector<BladeResponse>& blades,
+                    const TravellingField& gusts) {
   check_in_time(grass);
   grass.of_blade.resize(grass.blade_count());
   tbb::parallel_for(std::size_t{0}, grass.blade_count(), [&](std::size_t i) {
     const Meadow& meadow = grass.meadow;
     const std::size_t make = std::size_t{meadow.kind[i]} * frequency_classes + meadow.frequency_class[i];
     if (blades[make].frequency == 0) return;
-    const Vec3 place(static_cast<double>(meadow.x[i]), static_cast<double>(meadow.y[i]), gusts.ground + gusts.plane.heights[0]);
+    const Vec3 place(static_cast<double>(meadow.x[i]), static_cast<double>(meadow.y[i]),
+                     gusts.ground + gusts.plane.heights[0]);
     const Eigen::Matrix2Xd sway = sway_in_time(blades[make], gusts, place);
     for (Eigen::Index p = 0; p < sway.cols(); ++p)
       grass.of_blade[i].push_back({static_cast<float>(sway(0, p)), static_cast<float>(sway(1, p))});
@@ -467,7 +487,8 @@ void lay_out_vertices(GrassInWind& grass) {
   for (const std::uint8_t kind : meadow.kind) ++blades[kind];
   std::uint64_t all = 0;
   for (std::size_t k = 0; k < blades.size(); ++k) {
-    grass.vertex_count.push_back(static_cast<std::uint32_t>(skin_of(meadow.species.kinds[k]).vertices.size()));
+    grass.vertex_count.push_back(
+        static_cast<std::uint32_t>(skin_of(meadow.species.kinds[k]).vertices.size()));
     next[k] = all;
     all += blades[k] * grass.vertex_count[k];
   }
@@ -527,7 +548,8 @@ GrassInWind put_in_wind(Meadow meadow, const TravellingField& gusts, GrassMotion
       if (way == GrassMotion::looked_up)
         follows.angle = at_height(respond(layer, field_response(blade)), height);
     }
-    grass.bends.push_back(kind.frequency == 0 ? tabulate_rest(kind) : tabulate_bends(kind, blades[blades.size() - 2]));
+    grass.bends.push_back(kind.frequency == 0 ? tabulate_rest(kind)
+                                              : tabulate_bends(kind, blades[blades.size() - 2]));
   }
   if (way == GrassMotion::in_time) follow_in_time(grass, blades, layer);
   for (std::size_t i = 0; i < grass.blade_count(); ++i) {
@@ -543,11 +565,13 @@ Eigen::Vector2d angles_of(const GrassInWind& grass, std::size_t blade, double ti
   const Lookup lookup(grass, time);
   if (grass.bends[grass.meadow.kind[blade]].in_plane == 1) return Vector2d::Zero();
   const auto [along, across] = wind_angles(grass, lookup, blade);
-  return Eigen::Vector2f(lookup.cosine * along - lookup.sine * across, lookup.sine * along + lookup.cosine * across)
+  return Eigen::Vector2f(lookup.cosine * along - lookup.sine * across,
+                         lookup.sine * along + lookup.cosine * across)
       .cast<double>();
 }
 
-void pose_grass(const GrassInWind& grass, double time, std::span<Vector3f> positions, std::span<Vector3f> normals) {
+void pose_grass(const GrassInWind& grass, double time, std::span<Vector3f> positions,
+                std::span<Vector3f> normals) {
   pose_all(grass, time, false, positions, normals);
 }
 
@@ -564,10 +588,14 @@ Surface grass_surface(const GrassInWind& grass) {
   std::vector<BladeSkin> skins;
   for (const BladeKind& kind : kinds) {
     skins.push_back(skin_of(kind));
-    surface.parts.push_back({.material = {.name = kind.material, .color = kind.color, .roughness = 0.6F,
+    surface.parts.push_back({.material = {.name = kind.material,
+                                          .color = kind.color,
+                                          .roughness = 0.6F,
                                           .two_sided = skins.back().two_sided},
                              .triangles = {},
-                             .pieces = {.first_vertex = 0, .size = static_cast<std::uint32_t>(skins.back().vertices.size()), .count = 0}});
+                             .pieces = {.first_vertex = 0,
+                                        .size = static_cast<std::uint32_t>(skins.back().vertices.size()),
+                                        .count = 0}});
   }
   for (std::size_t i = 0; i < grass.blade_count(); ++i) {
     const std::size_t k = grass.meadow.kind[i];

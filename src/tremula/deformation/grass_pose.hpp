@@ -1,9 +1,9 @@
 // Where the wind puts all the blades of a meadow.
 //
-// What drives a blade are two angles (dynamics/grass_response.hpp); how it then stands is the shape of a heavy
-// rod under the load that would turn its tip by as much if all were linear. Shapes are tabulated once a kind:
-// the directions of its pieces over both angles, for every trajectory. A blade looks its own up and lays piece
-// to piece, so that it keeps its length.
+// What drives a blade are two angles (dynamics/grass_response.hpp); how it then stands is the shape of a
+// heavy rod under the load that would turn its tip by as much if all were linear. Shapes are tabulated once a
+// kind: the directions of its pieces over both angles, for every trajectory. A blade looks its own up and
+// lays piece to piece, so that it keeps its length.
 #pragma once
 
 #include "tremula/deformation/loop.hpp"
@@ -45,12 +45,12 @@ struct GrassInWind {
   std::uint32_t all_vertices = 0;
   std::vector<BendTable> bends;  // by kind
 
-  // What a blade of the nominal length follows, by kind and frequency class: angles along the wind and across,
-  // about the lean; (samples x columns), columns side by side.
+  // What a blade of the nominal length follows, by kind and frequency class: angles along the wind and
+  // across, about the lean; (samples x columns), columns side by side.
   struct Follows {
     std::vector<std::array<float, 2>> angle;
-    float lean = 0;             // [rad]
-    float per_length = 0;       // 1 / nominal length [1/m]: longer blades sway more
+    float lean = 0;        // [rad]
+    float per_length = 0;  // 1 / nominal length [1/m]: longer blades sway more
   };
   std::vector<Follows> follows;  // (kinds x frequency classes); empty where the kind is stiff
   GrassMotion way = GrassMotion::looked_up;
@@ -65,7 +65,8 @@ struct GrassInWind {
 
 // gusts: at the place of the meadow, heights above the ground. Throws InputError as blade_response, respond
 // and check_species do, and for in_time of more blades than memory holds.
-GrassInWind put_in_wind(Meadow meadow, const TravellingField& gusts, GrassMotion way = GrassMotion::looked_up);
+GrassInWind put_in_wind(Meadow meadow, const TravellingField& gusts,
+                        GrassMotion way = GrassMotion::looked_up);
 
 // The angles [rad] along x and y by which a blade is driven at a time [s], lean and gusts.
 Eigen::Vector2d angles_of(const GrassInWind& grass, std::size_t blade, double time);

@@ -56,7 +56,8 @@ GustStatistics statistics_at(const TravellingField& gusts, double height) {
   const FieldPlane& plane = gusts.plane;
   Vec3 sum = Vec3::Zero();
   for (int column = 0; column < plane.columns; ++column) {
-    const Vec3 place = (plane.first_column + column * plane.spacing) * across + (gusts.ground + height) * Vec3::UnitZ();
+    const Vec3 place =
+        (plane.first_column + column * plane.spacing) * across + (gusts.ground + height) * Vec3::UnitZ();
     for (int p = 0; p < gusts.loop.sample_count; ++p) {
       const Vec3 gust =
           local_value_at(gusts, place, gusts.loop.period * p / gusts.loop.sample_count).cast<double>();
@@ -71,9 +72,10 @@ GustStatistics statistics_at(const TravellingField& gusts, double height) {
 }
 
 FieldResponse field_response(const BladeResponse& blade) {
-  return {.along = oscillator_impedance(blade.frequency, blade.damping_along, blade.along, Transfer::sampled),
-          .across = oscillator_impedance(blade.frequency, blade.damping_across, blade.across, Transfer::sampled),
-          .up = {}};
+  return {
+      .along = oscillator_impedance(blade.frequency, blade.damping_along, blade.along, Transfer::sampled),
+      .across = oscillator_impedance(blade.frequency, blade.damping_across, blade.across, Transfer::sampled),
+      .up = {}};
 }
 
 Eigen::Matrix2Xd sway_in_time(const BladeResponse& blade, const TravellingField& gusts, const Vec3& place) {
@@ -89,8 +91,9 @@ Eigen::Matrix2Xd sway_in_time(const BladeResponse& blade, const TravellingField&
   Eigen::MatrixXd forces(2, samples);
   for (int p = 0; p < samples; ++p) {
     const Eigen::Vector3f gust = local_value_at(gusts, place, gusts.loop.period * p / samples);
-    forces.col(p) = omega * omega * Eigen::Vector2d(blade.along * static_cast<double>(gust.x()),
-                                                    blade.across * static_cast<double>(gust.y()));
+    forces.col(p) = omega * omega *
+                    Eigen::Vector2d(blade.along * static_cast<double>(gust.x()),
+                                    blade.across * static_cast<double>(gust.y()));
   }
   return repeat_in_time(network, gusts.loop.period, forces);
 }

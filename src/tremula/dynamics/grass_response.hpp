@@ -6,8 +6,8 @@
 //
 // Constants come from a heavy rod with the blade's frequency and the drag of the wind over the canopy. An
 // angle is what the tip of an upright blade would turn by if all were linear (structure/heavy_rod.hpp); how
-// far a blade then bends is the rod's affair (deformation/grass_pose.hpp). Both oscillators are alike, so they
-// turn into two along and across the wind, which are the same for all blades of a make: a response field
+// far a blade then bends is the rod's affair (deformation/grass_pose.hpp). Both oscillators are alike, so
+// they turn into two along and across the wind, which are the same for all blades of a make: a response field
 // (response_field.hpp), of which a blade looks up its part.
 #pragma once
 
@@ -21,12 +21,12 @@
 namespace tremula {
 
 struct BladeResponse {
-  HeavyRod rod;       // stiff enough for its frequency
-  RodDrag load;       // under which the tip of the upright rod would turn by 1 rad
-  double frequency = 0;                             // [Hz]
-  double damping_along = 0, damping_across = 0;     // ratios, with that of the air
-  double lean = 0;                                  // along the wind, under the mean drag [rad]
-  double along = 0, across = 0;                     // of 1 m/s of gust at the tips that stays [rad s/m]
+  HeavyRod rod;                                  // stiff enough for its frequency
+  RodDrag load;                                  // under which the tip of the upright rod would turn by 1 rad
+  double frequency = 0;                          // [Hz]
+  double damping_along = 0, damping_across = 0;  // ratios, with that of the air
+  double lean = 0;                               // along the wind, under the mean drag [rad]
+  double along = 0, across = 0;                  // of 1 m/s of gust at the tips that stays [rad s/m]
 };
 
 // Of the blades of a kind and frequency class, in a meadow of so many m of height (of its average plant), in
@@ -37,15 +37,15 @@ struct BladeResponse {
 BladeResponse blade_response(const GrassSpecies& species, int kind, int frequency_class, double height,
                              const GustStatistics& wind, double air_density = 1.2);
 
-// Mean and covariance of the gusts at a height above the ground, over the loop and all columns; along, across,
-// up.
+// Mean and covariance of the gusts at a height above the ground, over the loop and all columns; along,
+// across, up.
 GustStatistics statistics_at(const TravellingField& gusts, double height);
 
 // [rad] of gusts [m/s].
 FieldResponse field_response(const BladeResponse& blade);
 
-// The same in time, for one blade, without an error of the step: what is about the lean, along and across (2 x
-// samples) [rad]. place: z the height at which the wind is asked [m].
+// The same in time, for one blade, without an error of the step: what is about the lean, along and across (2
+// x samples) [rad]. place: z the height at which the wind is asked [m].
 Eigen::Matrix2Xd sway_in_time(const BladeResponse& blade, const TravellingField& gusts, const Vec3& place);
 
 // phi and theta (times the sine of the lean: an angle across) from angles along axes x and y.

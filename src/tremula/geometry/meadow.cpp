@@ -35,7 +35,8 @@ GrassSpecies lawn() {
   // 5 to 20 Hz at 10 to 3 cm (Vincent 1982, 1991).
   blade.frequency = 8;
   blade.mass = flat_mass(blade.width, 0.0002);
-  return {.name = "lawn", .height = 0.06, .density = 7000, .canopy_decay = 2, .tufts = 0.35, .kinds = {blade}};
+  return {
+      .name = "lawn", .height = 0.06, .density = 7000, .canopy_decay = 2, .tufts = 0.35, .kinds = {blade}};
 }
 
 GrassSpecies meadow() {
@@ -72,7 +73,12 @@ GrassSpecies meadow() {
   head.lean = {0, 0.3};
   head.droop = {0, 0.8};
   head.attached = {1, 1};
-  return {.name = "meadow", .height = 0.4, .density = 1600, .canopy_decay = 2, .tufts = 0.4, .kinds = {blade, stem, head}};
+  return {.name = "meadow",
+          .height = 0.4,
+          .density = 1600,
+          .canopy_decay = 2,
+          .tufts = 0.4,
+          .kinds = {blade, stem, head}};
 }
 
 GrassSpecies wheat() {
@@ -117,7 +123,12 @@ GrassSpecies wheat() {
   leaf.frequency = 2.5;
   leaf.mass = flat_mass(leaf.width, 0.0002);
   // a = 2.5 to 2.8 (Cionco 1978).
-  return {.name = "wheat", .height = 0.75, .density = 350, .canopy_decay = 2.65, .tufts = 0.08, .kinds = {stem, ear, leaf}};
+  return {.name = "wheat",
+          .height = 0.75,
+          .density = 350,
+          .canopy_decay = 2.65,
+          .tufts = 0.08,
+          .kinds = {stem, ear, leaf}};
 }
 
 GrassSpecies rice() {
@@ -215,8 +226,8 @@ struct Draws {
   std::uint32_t plant;
 
   std::array<double, 2> operator()(Drawn what, std::uint32_t blade = 0) const {
-    return two_uniforms({seed, RandomStream::grass, (plant << 8U) + 8 * (blade & 31U) +
-                                                        static_cast<std::uint32_t>(what), cell});
+    return two_uniforms({seed, RandomStream::grass,
+                         (plant << 8U) + 8 * (blade & 31U) + static_cast<std::uint32_t>(what), cell});
   }
 };
 
@@ -228,7 +239,8 @@ std::uint64_t address_of(std::int64_t column, std::int64_t row) {
 // Smooth, 0 to 1, one value in half a metre.
 double patch(std::uint64_t seed, const Vector2d& place) {
   const double x = place.x() / cell, y = place.y() / cell;
-  const auto column = static_cast<std::int64_t>(std::floor(x)), row = static_cast<std::int64_t>(std::floor(y));
+  const auto column = static_cast<std::int64_t>(std::floor(x)),
+             row = static_cast<std::int64_t>(std::floor(y));
   const auto value = [&](int dx, int dy) {
     return uniform({seed, RandomStream::grass, ~0U, address_of(column + dx, row + dy)});
   };
@@ -263,11 +275,14 @@ struct Sower {
     const auto shape = static_cast<int>(draw(Drawn::rest, blade)[0] * trajectories_per_kind);
     const double length = tall * kind.length * (1 + kind.length_spread * (2 * long_by - 1));
     const double turn = 2 * std::numbers::pi * azimuth;
+    // What is round would grow in two directions.
+    const double thicker = kind.form == BladeForm::ear ? std::sqrt(wider) : wider;
     meadow.x.push_back(static_cast<float>(place.x()));
     meadow.y.push_back(static_cast<float>(place.y()));
     meadow.z.push_back(static_cast<float>(options.ground));
     meadow.length.push_back(static_cast<float>(length));
-    meadow.width.push_back(static_cast<float>(kind.width * wider * (0.75 + 0.5 * draw(Drawn::rest, blade)[1])));
+    meadow.width.push_back(
+        static_cast<float>(kind.width * thicker * (0.75 + 0.5 * draw(Drawn::rest, blade)[1])));
     // Leaves of one stem stand on its alternate sides.
     const bool on_stem = kind.attached[1] > 0;
     meadow.azimuth.push_back(static_cast<float>(turn + (on_stem ? 2.4 * count_before : 0)));
@@ -302,15 +317,17 @@ struct Sower {
   void sow_cell(std::int64_t column, std::int64_t row) const {
     const std::uint64_t address = address_of(column, row);
     const double wanted = density * cell * cell;
-    const auto count = static_cast<std::uint32_t>(
-        wanted + uniform({options.seed, RandomStream::grass, ~1U, address}));
-    const Vector2d middle(cell * (static_cast<double>(column) + 0.5), cell * (static_cast<double>(row) + 0.5));
+    const auto count =
+        static_cast<std::uint32_t>(wanted + uniform({options.seed, RandomStream::grass, ~1U, address}));
+    const Vector2d middle(cell * (static_cast<double>(column) + 0.5),
+                          cell * (static_cast<double>(row) + 0.5));
     const double most = kept_at(middle, cell);
     for (std::uint32_t plant = 0; plant < count && plant < most * count; ++plant) {
       const Draws draw{options.seed, address, plant};
       const auto [u, v] = draw(Drawn::place);
       const Vector2d place(cell * (static_cast<double>(column) + u), cell * (static_cast<double>(row) + v));
-      if ((place.array() < options.low.array()).any() || (place.array() >= options.high.array()).any()) continue;
+      if ((place.array() < options.low.array()).any() || (place.array() >= options.high.array()).any())
+        continue;
       const double kept = kept_at(place);
       // The later a plant, the sooner it goes where there are to be fewer.
       const double rank = (plant + draw(Drawn::kind, 31)[1]) / count;
@@ -352,7 +369,8 @@ void check_options(const SowOptions& options, double density, double height) {
     throw InputError("the field of grass", "an edge beyond 1000 km", "one within 1000 km of the origin");
   check_positive("density of the grass", density, " per m^2");
   check_positive("height of the grass", height, " m");
-  if (density > 1e6) throw InputError("density of the grass", number_text(density) + " per m^2", "at most 1e6");
+  if (density > 1e6)
+    throw InputError("density of the grass", number_text(density) + " per m^2", "at most 1e6");
   if (!std::isfinite(options.ground)) throw InputError("ground of the grass", "no finite height", "a height");
   if (options.thinning) check_positive("distance to thin grass from", options.thinning->full_until, " m");
 }
@@ -381,10 +399,12 @@ void check_species(const GrassSpecies& species) {
   check_positive("height of the grass", species.height, " m");
   check_positive("density of the grass", species.density, " per m^2");
   if (species.kinds.empty()) throw InputError(place, "no kinds of blades", "one or more");
-  if (species.kinds.size() > 8) throw InputError(place, std::to_string(species.kinds.size()) + " kinds", "8 or fewer");
+  if (species.kinds.size() > 8)
+    throw InputError(place, std::to_string(species.kinds.size()) + " kinds", "8 or fewer");
   if (species.kinds[0].attached[1] > 0)
     throw InputError(place, "a first kind on a stem", "one that stands on the ground");
-  if (!(species.mean_share >= 0) || !(species.gust_share >= 0) || !(species.mean_share <= 1) || !(species.gust_share <= 1))
+  if (!(species.mean_share >= 0) || !(species.gust_share >= 0) || !(species.mean_share <= 1) ||
+      !(species.gust_share <= 1))
     throw InputError(place, "a share of the wind out of range", "0 to 1");
   if (!(species.canopy_decay >= 0) || !std::isfinite(species.canopy_decay) || !(std::abs(species.tufts) < 1))
     throw InputError(place, "a decay or tufts out of range", "a decay of 0 or more, tufts from 0 to 1");
@@ -399,8 +419,9 @@ void check_species(const GrassSpecies& species) {
         kind.droop.maxCoeff() > 20 || !(kind.each >= 0) || kind.each > 30 || !(kind.length_spread >= 0) ||
         !(kind.length_spread < 1) || !(kind.frequency >= 0) || !(kind.damping_ratio >= 0) ||
         !(kind.tip_mass >= 0) || !(kind.drag_area >= 0) || !(kind.drag_coefficient >= 0))
-      throw InputError(place, "blades with numbers out of range",
-                       "lean 0 to 3 rad, droop 0 to 20, at most 30 on a plant, spread 0 to 1, the rest 0 or more");
+      throw InputError(
+          place, "blades with numbers out of range",
+          "lean 0 to 3 rad, droop 0 to 20, at most 30 on a plant, spread 0 to 1, the rest 0 or more");
   }
 }
 
@@ -412,10 +433,12 @@ std::vector<double> joints_of(const BladeKind& kind) {
 Eigen::Matrix3Xd trajectory(const BladeKind& kind, int number, int pieces) {
   check_at_least("pieces of a trajectory", pieces, 1);
   if (number < 0 || number >= trajectories_per_kind)
-    throw InputError("trajectory", std::to_string(number), "0 to " + std::to_string(trajectories_per_kind - 1));
+    throw InputError("trajectory", std::to_string(number),
+                     "0 to " + std::to_string(trajectories_per_kind - 1));
   // Evenly over the square of both bounds (Roberts's sequence).
   const auto spread = [&](double step) { return std::fmod(0.5 + step * number, 1.0); };
-  const double lean = between(kind.lean, spread(0.7548776662)), droop = between(kind.droop, spread(0.5698402910));
+  const double lean = between(kind.lean, spread(0.7548776662)),
+               droop = between(kind.droop, spread(0.5698402910));
   Eigen::Matrix3Xd directions(3, pieces);
   for (int i = 0; i < pieces; ++i) {
     const auto place = [&](double share) -> Vec3 {
@@ -439,10 +462,11 @@ Meadow sow(const GrassSpecies& species, const SowOptions& options) {
   const double blades = expected_plants(sower) * blades_of_plant(species);
   const double bytes = bytes_of_blade * blades, most = 0.8 * static_cast<double>(available_memory());
   if (bytes > most) {
-    throw InputError("field of grass",
-                     number_text(std::round(blades)) + " blades, " + number_text(std::round(bytes * 1e-8) / 10) + " GB",
-                     "at most " + number_text(std::round(most / bytes_of_blade)) +
-                         " in the memory that is free: less density, or a smaller field");
+    throw InputError(
+        "field of grass",
+        number_text(std::round(blades)) + " blades, " + number_text(std::round(bytes * 1e-8) / 10) + " GB",
+        "at most " + number_text(std::round(most / bytes_of_blade)) +
+            " in the memory that is free: less density, or a smaller field");
   }
   const auto first = [](double low) { return static_cast<std::int64_t>(std::floor(low / cell)); };
   for (std::int64_t row = first(options.low.y()); row <= first(options.high.y()); ++row) {

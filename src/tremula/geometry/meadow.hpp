@@ -25,23 +25,23 @@ enum class BladeForm {
 // Blades of one make: they differ in size, azimuth, lean and droop, drawn between bounds.
 struct BladeKind {
   BladeForm form = BladeForm::blade;
-  std::string material = "blade";               // of its part of the surface (SurfaceMaterial::name)
-  Eigen::Vector3f color{0.29F, 0.44F, 0.16F};   // sRGB, 0–1
-  double length = 1;                            // on the average, in heights of the species
-  double length_spread = 0.25;                  // either way, relative
-  double width = 0.004;                         // at its widest [m]
-  Eigen::Vector2d lean{0, 0.4};                 // phi at the foot, from and to [rad]
-  Eigen::Vector2d droop{0, 1};                  // g L / v0^2, from and to: 0 straight
-  int pieces = 3;                               // straight ones that it is drawn with, 3 or 4
-  double each = 1;                              // of them on a plant, on the average
-  Eigen::Vector2d attached{0, 0};               // where on the stem before it, 0 foot … 1 tip; 0, 0: on the ground
+  std::string material = "blade";              // of its part of the surface (SurfaceMaterial::name)
+  Eigen::Vector3f color{0.29F, 0.44F, 0.16F};  // sRGB, 0–1
+  double length = 1;                           // on the average, in heights of the species
+  double length_spread = 0.25;                 // either way, relative
+  double width = 0.004;                        // at its widest [m]
+  Eigen::Vector2d lean{0, 0.4};                // phi at the foot, from and to [rad]
+  Eigen::Vector2d droop{0, 1};                 // g L / v0^2, from and to: 0 straight
+  int pieces = 3;                              // straight ones that it is drawn with, 3 or 4
+  double each = 1;                             // of them on a plant, on the average
+  Eigen::Vector2d attached{0, 0};  // where on the stem before it, 0 foot … 1 tip; 0, 0: on the ground
 
   // How it moves (dynamics/grass_response.hpp). A frequency of 0: stiff, carried by its stem.
-  double frequency = 0;      // first, upright, of one as long as they are on the average [Hz]
+  double frequency = 0;  // first, upright, of one as long as they are on the average [Hz]
   double damping_ratio = 0.08;
-  double mass = 1e-3;        // of a metre [kg/m]
-  double tip_mass = 0;       // of what it carries at the tip [kg]
-  double drag_area = 0;      // of what it carries at the tip, drag coefficient times area [m^2]
+  double mass = 1e-3;             // of a metre [kg/m]
+  double tip_mass = 0;            // of what it carries at the tip [kg]
+  double drag_area = 0;           // of what it carries at the tip, drag coefficient times area [m^2]
   double drag_coefficient = 0.6;  // on width times length; of flat ones that look to all sides
 };
 
@@ -53,12 +53,12 @@ inline constexpr int trajectories_per_kind = 12;
 
 struct GrassSpecies {
   std::string name;
-  double height = 0.3;       // of an average plant [m]
-  double density = 1000;     // of plants [1/m^2]
-  double canopy_decay = 2;   // a: below its tips the wind is U(h) exp(-a (1 - z/h))
+  double height = 0.3;      // of an average plant [m]
+  double density = 1000;    // of plants [1/m^2]
+  double canopy_decay = 2;  // a: below its tips the wind is U(h) exp(-a (1 - z/h))
   // What the meadow itself leaves of the mean wind and of its gusts at its tips, beside open ground.
   double mean_share = 0.4, gust_share = 0.7;
-  double tufts = 0.3;        // by what share height waxes and wanes over half a metre
+  double tufts = 0.3;            // by what share height waxes and wanes over half a metre
   std::vector<BladeKind> kinds;  // the first stands on the ground
 };
 
@@ -75,12 +75,12 @@ Eigen::Matrix3Xd trajectory(const BladeKind& kind, int number, int pieces);
 // Struct of arrays: blades of one plant side by side, its stem first. Float: this is for pictures.
 struct Meadow {
   GrassSpecies species;
-  double height = 0.3;                  // of an average plant [m]
-  std::vector<float> x, y, z;           // feet [m]; of what is on a stem, those of the stem
-  std::vector<float> length, width;     // [m]
-  std::vector<float> azimuth;           // theta, from x towards y [rad]
-  std::vector<float> facing;            // where the flat side looks, from x towards y [rad]
-  std::vector<float> attached;          // where on the last stem before it; below 0: on the ground
+  double height = 0.3;               // of an average plant [m]
+  std::vector<float> x, y, z;        // feet [m]; of what is on a stem, those of the stem
+  std::vector<float> length, width;  // [m]
+  std::vector<float> azimuth;        // theta, from x towards y [rad]
+  std::vector<float> facing;         // where the flat side looks, from x towards y [rad]
+  std::vector<float> attached;       // where on the last stem before it; below 0: on the ground
   std::vector<std::uint8_t> kind, trajectory;
   std::vector<std::uint8_t> frequency_class;  // 0 the shortest of its kind … 2 the longest
 
@@ -88,8 +88,8 @@ struct Meadow {
 };
 inline constexpr int frequency_classes = 3;
 
-// Fewer and wider blades far from the eyes: as many per area at a distance d from the nearest as `full_until`/d
-// of what is said.
+// Fewer and wider blades far from the eyes: as many per area at a distance d from the nearest as
+// `full_until`/d of what is said.
 struct Thinning {
   std::vector<Eigen::Vector2d> eyes;
   double full_until = 10;  // [m]

@@ -22,9 +22,11 @@ enum class RandomStream : std::uint32_t {
   waves = 8,
   placing = 9,
   grass = 10,
+  strands = 14,
   lattice_u = 20,
   lattice_v = 21,
   lattice_w = 22,
+  impressions = 13,
   test = 1000,
 };
 

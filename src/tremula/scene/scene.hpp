@@ -103,10 +103,15 @@ struct SceneDrift {
   std::string kind = "snow";                      // snow, rain, leaves, seeds
   Vec3 low = {-15, -15, 0}, high = {15, 15, 12};  // the box it is seen in [m]
   std::optional<double> density = {};             // [1/m^3]; that of the kind
-  std::optional<double> fall_speed = {};          // in still air [m/s]; that of the kind
-  std::optional<double> size = {};                // [m]; that of the kind
-  std::optional<Eigen::Vector3f> color = {};      // sRGB, 0–1; that of the kind
-  double lie_time = 0;                            // how long it lies on the ground [s]
+  std::optional<double> intensity = {};           // as a gauge measures it, instead [mm/h]
+  std::optional<double> matter_density = {};      // of itself [kg/m^3]; that of the kind
+  // Instead of what comes in through the sides of its box: so many a second let go in this one.
+  std::optional<Vec3> source_low = {}, source_high = {};  // [m]
+  double source_rate = 1;                                 // [1/s]
+  std::optional<double> fall_speed = {};                  // in still air [m/s]; that of the kind
+  std::optional<double> size = {};                        // [m]; that of the kind
+  std::optional<Eigen::Vector3f> color = {};              // sRGB, 0–1; that of the kind
+  double lie_time = 0;                                    // how long it lies on the ground [s]
   std::uint64_t seed = 1;
   FilePlace place = {};
 };

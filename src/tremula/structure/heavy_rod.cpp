@@ -17,10 +17,10 @@ using Eigen::VectorXd;
 
 // The upright chain, small angles of its pieces for coordinates.
 struct LinearChain {
-  VectorXd above;     // weight above the middles of pieces [N]
-  MatrixXd bending;   // of EI = 1 [1/m]
-  MatrixXd mass;      // [kg m^2]
-  MatrixXd reach;     // of the middles of pieces, and of the tip, for angles [m]
+  VectorXd above;    // weight above the middles of pieces [N]
+  MatrixXd bending;  // of EI = 1 [1/m]
+  MatrixXd mass;     // [kg m^2]
+  MatrixXd reach;    // of the middles of pieces, and of the tip, for angles [m]
 };
 
 LinearChain linear_chain(const HeavyRod& rod) {
@@ -82,7 +82,9 @@ Eigen::Vector2d across(const Mat3& frame, const Vec3& moment) {
 }
 
 // The turn that takes z to a direction and does not twist.
-Mat3 turn_to(const Vec3& direction) { return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), direction).matrix(); }
+Mat3 turn_to(const Vec3& direction) {
+  return Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), direction).matrix();
+}
 
 void check_numbers(const HeavyRod& rod) {
   check_positive("length of the rod", rod.length, " m");
@@ -191,8 +193,8 @@ const Eigen::Matrix3Xd& RodBender::bend(const RodDrag& drag, const Vec3& heading
   const double h = rod_.length / rod_.pieces;
   const VectorXd drags = forces_of(rod_, drag, 2);
   std::vector<Eigen::Vector2d> step(strains_.size(), Eigen::Vector2d::Zero());
-  // As through syrup: steps get shorter where one turns off the way of the one before, and longer again. A rod that
-  // leans against the wind may have to go over to the other side.
+  // As through syrup: steps get shorter where one turns off the way of the one before, and longer again. A
+  // rod that leans against the wind may have to go over to the other side.
   double share = 0.5;
   for (int count = 0; count < most_steps; ++count) {
     find_moments(drags, heading);

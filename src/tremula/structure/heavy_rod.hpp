@@ -30,8 +30,8 @@ struct RodDrag {
   double decay = 0;  // a
 };
 
-// Throw InputError for lengths, stiffnesses and masses that are not above 0, fewer than 4 pieces, numbers that
-// are not finite, and for a rod that its weight would buckle (Greenhill 1881: q L^3/EI = 7.837).
+// Throw InputError for lengths, stiffnesses and masses that are not above 0, fewer than 4 pieces, numbers
+// that are not finite, and for a rod that its weight would buckle (Greenhill 1881: q L^3/EI = 7.837).
 void check_rod(const HeavyRod& rod);
 
 // EI with which the rod, upright and under its weight, has this first natural frequency [Hz]. The stiffness
@@ -47,8 +47,8 @@ double linear_tip_angle(const HeavyRod& rod, const RodDrag& drag);
 double damping_rate(const HeavyRod& rod, const RodDrag& per_velocity);
 
 // The directions (unit, z up) of its pieces, from the foot, in a wind to `heading` (unit, horizontal). The
-// drag is that of the wind's part across the rod, p |u_n| u_n. rest: the directions that the rod has under its
-// weight alone (3 x pieces), unit; its curvature at rest is its own and bears no moment but that of the
+// drag is that of the wind's part across the rod, p |u_n| u_n. rest: the directions that the rod has under
+// its weight alone (3 x pieces), unit; its curvature at rest is its own and bears no moment but that of the
 // weight. Throws InputError as check_rod, and for sizes that do not agree; Error where it does not come to
 // rest.
 Eigen::Matrix3Xd bend_rod(const HeavyRod& rod, const Eigen::Matrix3Xd& rest, const RodDrag& drag,
@@ -71,7 +71,7 @@ class RodBender {
   HeavyRod rod_;
   double tolerance_;
   bool at_rest_ = true;
-  Moments moments_;  // of what is above a joint, about it
+  Moments moments_;                              // of what is above a joint, about it
   std::vector<Mat3> rest_turns_, frames_;        // of a piece against the one before, and of the piece
   std::vector<Eigen::Vector2d> rest_, strains_;  // moments at rest, and turns beyond it; of the joints' axes
   Eigen::Matrix3Xd directions_;

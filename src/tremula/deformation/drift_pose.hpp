@@ -1,0 +1,47 @@
+// Where what drifts puts its skin. A loop has the same vertices all the time, and more are born in it than
+// are ever seen at once: each small mesh shows one path after the other, with a pause between two in which it
+// is a point, first where the last one went, then where the next one comes. So no shutter that is open no
+// longer than a sample of the loop sees it fly from one to the other.
+#pragma once
+
+#include "tremula/deformation/loop.hpp"
+#include "tremula/dynamics/drift.hpp"
+#include "tremula/geometry/surface.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace tremula {
+
+// A stay of a path on a mesh: seen from `begin` to below `end` [s], as old as the time less `birth`. The mesh
+// is its own from the middle of the pause before to that of the pause after.
+struct DriftStay {
+  float begin = 0, end = 0;  // begin within the loop; the end may lie in the next one
+  float taken = 0;           // since when the mesh is its own, within the loop or before it
+  float birth = 0;           // may lie loops before
+  std::uint32_t path = 0;
+};
+
+// Stays of each mesh, one after the other in time; those of mesh m from first[m] to below first[m + 1].
+struct DriftStays {
+  std::vector<DriftStay> stays;
+  std::vector<std::uint32_t> first;
+  double pause = 0;  // at least so long between two [s]
+
+  std::size_t mesh_count() const { return first.size() - 1; }
+};
+
+// On few meshes more than are ever seen at once. A path that does not fit on one goes on on another at once.
+DriftStays share_meshes(const DriftPaths& paths, const std::vector<std::uint32_t>& members, double pause);
+
+struct DriftLook {
+  std::vector<SurfaceMaterial> materials;  // one or more: every path has one of them
+};
+DriftLook look_of(DriftForm form);
+
+// A loop of no shapes: its coordinates have no columns, what moves is in skin_at alone. Throws InputError for
+// paths of none.
+Loop make_loop(std::shared_ptr<const DriftPaths> paths, const LoopFacts& facts, const DriftLook& look);
+
+}  // namespace tremula
