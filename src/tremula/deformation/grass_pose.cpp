@@ -69,8 +69,9 @@ void tabulate_half(const BladeKind& kind, const BladeResponse& blade, int number
       const double size = angles.norm();
       const Vec3 heading = size > 0 ? Vec3(angles.x() / size, angles.y() / size, 0) : Vec3(Vec3::UnitX());
       const RodDrag drag{size * blade.load.along, size * blade.load.tip, blade.load.decay};
-      table.directions[index_of((number * table_across + row) * table_in_plane + column)] =
-          drawn(kind, bender.bend(drag, heading));
+      const Eigen::Matrix3Xd& bent = bender.bend(drag, heading);
+      if (forwards || column < middle)
+        table.directions[index_of((number * table_across + row) * table_in_plane + column)] = drawn(kind, bent);
     }
   }
 }
