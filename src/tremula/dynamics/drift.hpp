@@ -112,6 +112,9 @@ inline constexpr double most_drift_samples = 6e8;  // 3.6 GB
 // in the air.
 Eigen::Vector3f place_at(const DriftPaths& paths, const DriftPath& path, float age);
 
+// Of DriftPaths::off_line, the four that the place at an age is made of: for who fetches them beforehand.
+const std::array<std::int16_t, 3>* samples_at(const DriftPaths& paths, const DriftPath& path, float age);
+
 struct DriftSight {
   Eigen::Vector3f place;
   std::uint32_t path = 0;
