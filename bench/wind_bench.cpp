@@ -17,6 +17,7 @@
 #include "tremula/wind/coherent_plane.hpp"
 #include "tremula/wind/stam_wind.hpp"
 #include "tremula/wind/synthesis.hpp"
+#include "tremula/wind/travelling_field.hpp"
 #include "tremula/wind/turbulent_wind_at_points.hpp"
 
 namespace tremula {
@@ -152,17 +153,41 @@ void complex_gaussians_of_a_bin(benchmark::State& state) {
 }
 BENCHMARK(complex_gaussians_of_a_bin)->Unit(benchmark::kMicrosecond);
 
-// All bins of a loop of 600 samples at the branches of a tree, with what it takes to begin.
+// All bins of a loop of 600 samples at the branches of a tree, with what it takes to begin: of the box around
+// them, and of the world. Limit: 16 nodes of a spline, of three components as complex numbers, are 96
+// multiply-adds a point and bin; about as many go into weights and variances.
 void wind_at_branches(benchmark::State& state) {
   const Skeleton skeleton = bench::stam_tree(static_cast<int>(state.range(0)));
   const Eigen::Matrix3Xd points = assemble(skeleton, {}).find_sites().points;
   const TimeAxis axis{20, 600};
+  const WindAtPointsOptions options{.realisation =
+                                        state.range(1) == 0 ? Realisation::of_points : Realisation::of_world};
   for (auto _ : state) {
-    const TurbulentWindAtPoints wind(turbulent_wind({}, 0.2), axis, points);
+    const TurbulentWindAtPoints wind(turbulent_wind({}, 0.2), axis, points, options);
     for (int bin = 0; bin < axis.bin_count(); ++bin) benchmark::DoNotOptimize(wind.velocity(bin));
   }
+  state.SetItemsProcessed(points.cols() * axis.bin_count() * state.iterations());
 }
-BENCHMARK(wind_at_branches)->Arg(212)->Arg(2257)->Unit(benchmark::kMillisecond);
+BENCHMARK(wind_at_branches)
+    ->ArgNames({"branches", "of_world"})
+    ->ArgsProduct({{212, 2257}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+// The gusts over a square kilometre for a loop of 20 s at 30 frames a second, half a metre apart. By Taylor a
+// plane is enough. Limit: the transform in time, 3 series of 600 samples a column.
+void gusts_over_a_kilometre(benchmark::State& state) {
+  const Wind wind(turbulent_wind({.speed = 10}, 0.2), Realisation::of_world);
+  const FieldPlane plane{.columns = 2001, .first_column = -500, .spacing = 0.5, .heights = {0.5}};
+  std::size_t bytes = 0;
+  for (auto _ : state) {
+    const TravellingField field = gust_field(wind, {20, 600}, plane);
+    bytes = field.values.size() * sizeof field.values[0];
+    benchmark::DoNotOptimize(field.values.data());
+  }
+  state.counters["MB"] = static_cast<double>(bytes) / 1e6;
+  rate(state, 3 * 2001 * series_flops(600));
+}
+BENCHMARK(gusts_over_a_kilometre)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace tremula

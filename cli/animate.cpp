@@ -218,6 +218,7 @@ std::unique_ptr<SceneObjectCommand> AnimateCommand::take_from_scene(const CLI::A
 // Whatever the flags and the files they name have wrong is said before the work begins.
 void AnimateCommand::run(const CLI::App& flags) {
   const std::vector<const LoopWriter*> writers = output_writers();
+  if (animate_grass(flags, writers)) return;
   const std::string scene_file = plant.input;
   const std::unique_ptr<SceneObjectCommand> of_scene = take_from_scene(flags);
   const CLI::App& plant_flags = of_scene ? of_scene->flags() : flags;

@@ -75,6 +75,8 @@ struct AnimateCommand {
                               double model_error, StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
   std::unique_ptr<SceneObjectCommand> take_from_scene(const CLI::App& flags);
+  // Where the input is grass (animate_thing.cpp); false: it is not.
+  bool animate_grass(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
   void run(const CLI::App& flags);
 };
 

@@ -189,10 +189,20 @@ void RenderCommand::run(const CLI::App& flags) const {
   StageLog log;
   WarningLog warnings;
   MovingScene moving = move_scene(scene, commands, log, warnings);
-  if (!is_scene(plant.input)) stand_alone(scene, commands, *moving.loops().front()->rest);
+  if (!is_scene(plant.input) && !scene.objects.empty())
+    stand_alone(scene, commands, *moving.loops().front()->rest);
   const FilmCamera camera = camera_of(scene, commands, moving);
-  moving.things = make_things({scene, commands, camera, log, warnings});
-  const TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
+  const ThingSite site{scene, commands, camera, log, warnings};
+  moving.things = make_things(site);
+  std::vector<Eigen::Vector3d> sown;
+  if (std::optional<SceneThing> grass = make_ground_grass(site, sown))
+    moving.things.push_back(std::move(*grass));
+  TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
+  traced.ground.sown = std::move(sown);
+  for (const SceneThing& thing : moving.things) {
+    if (thing.ground_tint) traced.ground.tint = thing.ground_tint;
+  }
+  traced.ray_shapes = moving.shapes();
   const ToneMapping tones = tones_of(traced, picture.exposure);
   log.begin("scene");
   const Tracer tracer(traced);

@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/base/suggestion.hpp"
+#include "tremula/geometry/meadow.hpp"
 #include "tremula/geometry/plants.hpp"
 #include "tremula/scene/placing.hpp"
 #include "tremula/structure/frame_presets.hpp"
@@ -206,6 +207,12 @@ SharedLoops MovingScene::loops() const {
   return all;
 }
 
+std::vector<std::shared_ptr<const RayShape>> MovingScene::shapes() const {
+  std::vector<std::shared_ptr<const RayShape>> all;
+  for (const SceneThing& thing : things) all.insert(all.end(), thing.shapes.begin(), thing.shapes.end());
+  return all;
+}
+
 SceneCommands commands_of(const Scene& scene, const CLI::App& line) {
   SceneCommands commands;
   for (const SceneObject& object : scene.objects) {
@@ -268,8 +275,37 @@ const SceneObject& object_of(const Scene& scene, const std::string& name) {
                    "one of the objects of the scene: " + list + suggestion(name, names));
 }
 
+bool is_grass(const std::string& input) {
+  const auto& species = grass_species();
+  return std::ranges::find(species, input, &GrassSpecies::name) != species.end() &&
+         !std::filesystem::exists(input);
+}
+
+Scene scene_of_grass(const std::string& species, const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+  Scene scene;
+  scene.name = species;
+  SceneGrass grass;
+  grass.name = grass.species = species;
+  grass.low = low;
+  grass.high = high;
+  scene.grass.push_back(std::move(grass));
+  return scene;
+}
+
+// A field of it that reaches into the distance.
+Scene field_of_grass(const std::string& species) {
+  Scene scene = scene_of_grass(species, {-20, -6}, {20, 40});
+  scene.ground.grass_height = 0;
+  const double height = grass_species_named(species).height;
+  scene.camera.eye = Vec3(0, -6 - 4 * height, 0.25 + 1.9 * height);
+  scene.camera.look_at = Vec3(0, 4, 0.6 * height);
+  scene.camera.field_of_view = 34 * degree;
+  return scene;
+}
+
 Scene open_scene(const std::string& input) {
   if (is_scene(input)) return read_scene(input, scene_vocabulary());
+  if (is_grass(input)) return field_of_grass(input);
   SceneObject object;
   object.source = input;
   object.name = std::filesystem::path(input).stem().string();

@@ -6,6 +6,7 @@
 #include "tremula/scene/scene.hpp"
 #include "tremula/scene/scene_file.hpp"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -79,6 +80,8 @@ struct SceneThing {
   std::size_t count = 0;  // of blades, flakes, trees, …
   SharedLoops loops = {};
   std::vector<std::shared_ptr<const RayShape>> shapes = {};
+  // What it lays over the ground (GroundLook::tint).
+  std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> ground_tint = {};
 };
 
 // The loops of every object, in their order, and all else.
@@ -88,6 +91,7 @@ struct MovingScene {
   std::vector<SceneThing> things = {};
 
   SharedLoops loops() const;
+  std::vector<std::shared_ptr<const RayShape>> shapes() const;
 };
 MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageLog& log,
                        WarningLog& warnings);
@@ -95,7 +99,11 @@ MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageL
 // What a file can name: flags and presets of this program.
 SceneVocabulary scene_vocabulary();
 
-// INPUT as a scene: that of its file, or of the plant that it names alone.
+// The name of a species of grass; and a scene with nothing else on such a piece of ground [m].
+bool is_grass(const std::string& input);
+Scene scene_of_grass(const std::string& species, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
+
+// INPUT as a scene: that of its file, or of the plant or grass that it names alone.
 Scene open_scene(const std::string& input);
 bool is_scene(const std::string& input);
 // The one of that name; of a scene of one object that one, for no name. Throws InputError.

@@ -6,6 +6,7 @@
 #include "tremula/wind/travelling_field.hpp"
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,10 @@ SceneThing make_drift(const SceneDrift& drift, const ThingSite& site);
 SceneThing make_impression(const SceneImpression& impression, const ThingSite& site);
 SceneThing make_volume(const SceneVolume& volume, const ThingSite& site);
 SceneThing make_gusts(const SceneGusts& gusts, const ThingSite& site);
+
+// Grass of the ground near the cameras of the film, where there is any and it moves; and the circles (x, y
+// and radius) that it covers [m].
+std::optional<SceneThing> make_ground_grass(const ThingSite& site, std::vector<Eigen::Vector3d>& sown);
 
 // Of a whole scene, in the order of these. Says the place in the file of what is wrong. Throws InputError
 // where the motion of the scene is a clip.

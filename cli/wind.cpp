@@ -5,6 +5,8 @@
 #include "tremula/base/memory.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/film.hpp"
+#include "tremula/io/gust_plot.hpp"
 #include "tremula/io/turbsim.hpp"
 #include "tremula/io/vti.hpp"
 #include "tremula/io/wind_targets.hpp"
@@ -146,16 +148,30 @@ WindGrid GridFlags::grid(double reference_height) const {
   return grid;
 }
 
+// The wind over the ground, seen from above.
+struct VectorFlags {
+  std::string file;
+  double time = 0;
+  std::optional<double> height;
+  bool without_mean = false;
+
+  std::vector<CLI::Option*> add_to(CLI::App& command);
+  void check(const std::vector<CLI::Option*>& beside) const;
+  void draw(const WindField& field, Outputs& files, StageLog& log) const;
+};
+
 struct FieldWithOrigin;
 
 struct WindCommand {
-  std::string input, report, plot, match = "spectrum";
+  std::string input, report, plot, spectra, match = "spectrum";
   std::vector<std::string> outputs;
   bool list_terrains = false, tile = false;
   CLI::Option* reference_option = nullptr;
   std::vector<CLI::Option*> of_synthesis;
   WindFlags wind;
   GridFlags grid;
+  VectorFlags vectors;
+  std::vector<CLI::Option*> of_vectors;
   ThreadsFlag threads;
   double bands_per_decade = 10;
   std::vector<int> separations = {1, 2, 4, 8, 16};
@@ -289,9 +305,88 @@ void WindCommand::check_flags_beside_a_field() const {
 }
 
 bool WindCommand::says_verdict() const {
-  const bool to_stdout =
-      report == "-" || plot == "-" || std::find(outputs.begin(), outputs.end(), "-") != outputs.end();
-  return !to_stdout && (!input.empty() || (outputs.empty() && report.empty() && plot.empty()));
+  const bool to_stdout = report == "-" || plot == "-" || vectors.file == "-" ||
+                         std::find(outputs.begin(), outputs.end(), "-") != outputs.end();
+  return !to_stdout && (!input.empty() || (outputs.empty() && report.empty() && plot.empty() &&
+                                           spectra.empty() && vectors.file.empty()));
+}
+
+std::vector<CLI::Option*> VectorFlags::add_to(CLI::App& command) {
+  const char* group = "Vectors";
+  command
+      .add_option(
+          "--vectors", file,
+          "The wind over the ground upwind of the plane as arrows seen from above: .svg or .png at an "
+          "instant, .mp4, .webm or .gif over all steps")
+      ->group(group);
+  return {
+      command.add_option("--time", time, "The instant [s]")->capture_default_str()->group(group),
+      command
+          .add_option("--vectors-height", height,
+                      "Height of the row that is shown, the nearest one [m] (default: the reference height)")
+          ->group(group),
+      command.add_flag("--without-mean", without_mean, "Arrows of the gusts alone, without the mean wind")
+          ->group(group)};
+}
+
+enum VectorFormat : std::size_t { vector_svg, vector_png, vector_film };
+
+std::size_t vector_format(const std::string& path) {
+  const std::size_t format = format_of(
+      {"--vectors", path}, "",
+      {{"svg", "a picture"}, {"png", "a picture"}, {"mp4", "a film"}, {"webm", "a film"}, {"gif", "a film"}},
+      vector_svg);
+  return std::min<std::size_t>(format, vector_film);
+}
+
+void VectorFlags::check(const std::vector<CLI::Option*>& beside) const {
+  if (file.empty()) {
+    refuse_given(beside, "no --vectors", "--vectors, whose picture they change");
+    return;
+  }
+  const bool is_film = vector_format(file) == vector_film;
+  if (is_film) refuse_given({beside.front()}, "the film " + file, "none: a film shows all times");
+  if (!std::isfinite(time)) throw InputError("--time", number_text(time), "a finite number of seconds");
+  if (height) check_range("--vectors-height", *height, "m");
+}
+
+void VectorFlags::draw(const WindField& field, Outputs& files, StageLog& log) const {
+  if (file.empty()) return;
+  const WindGrid& grid = field.grid;
+  if (grid.y_count < 2)
+    throw InputError("--vectors", "a field of 1 point across", "2 or more, for a picture from above");
+  if (!(grid.mean_speed > 0))
+    throw InputError("--vectors", "a field without wind", "a mean wind above 0 m/s");
+  const TravellingField row = travelling_row(field, height.value_or(grid.reference_height));
+  GustView view = view_of_gusts(row, 40, without_mean);
+  const std::size_t format = vector_format(file);
+  // What repeats shows any instant; what does not, those whose gusts are all in it, and half of it at most.
+  if (!grid.periodic) view.low.x() = std::max(view.low.x(), -0.5 * grid.mean_speed * grid.period());
+  const double last = grid.period() + view.low.x() / grid.mean_speed;
+  if (!grid.periodic && format != vector_film && !(time >= 0 && time <= last)) {
+    throw InputError("--time", number_text(time) + " s",
+                     "0 to " + number_text(last) + " s, in a field that does not repeat");
+  }
+  log.begin("vectors");
+  view.time = time;
+  if (format == vector_svg) files.add(file, plot_gusts(row, view));
+  if (format == vector_png) files.add(file, encode_png(picture_of_gusts(row, view)));
+  if (format == vector_film) {
+    const int frames = grid.periodic ? grid.step_count : std::max(1, static_cast<int>(last / grid.step));
+    const Image first = picture_of_gusts(row, view);
+    Film film(file, {.width = first.width,
+                     .height = first.height,
+                     .frames = frames,
+                     .frame_rate = 1 / grid.step,
+                     .crf = {}});
+    for (int k = 0; k < frames; ++k) {
+      view.time = k * grid.step;
+      film.add(picture_of_gusts(row, view));
+      log.progress("vectors", static_cast<double>(k) / frames);
+    }
+    film.finish();
+  }
+  log.finish();
 }
 
 enum FieldFormat : std::size_t { bts, vti };
@@ -303,13 +398,16 @@ std::size_t field_format(const std::string& path) {
 void WindCommand::check_outputs() const {
   for (const std::string& path : outputs) field_format(path);
   if (!plot.empty()) format_of({"--plot", plot}, "", {{"svg", "a picture"}}, 0);
+  if (!spectra.empty()) format_of({"--spectra", spectra}, "", {{"svg", "a picture"}}, 0);
   if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
+  vectors.check(of_vectors);
 }
 
 void WindCommand::run() const {
   check_flags_beside_a_field();
   check_outputs();
-  std::vector<Place> places = {{"--report", report}, {"--plot", plot}};
+  std::vector<Place> places = {
+      {"--report", report}, {"--plot", plot}, {"--spectra", spectra}, {"--vectors", vectors.file}};
   for (const std::string& path : outputs) places.push_back({"-o", path});
   Outputs files(places, {{"FIELD", input}, {"--spectrum", wind.spectrum}, {"--profile", wind.profile}});
   StageLog log;
@@ -317,7 +415,7 @@ void WindCommand::run() const {
 
   WindReport checked{.title = made.title, .statistics = {}, .targets = {}};
   WindVerdict verdict;
-  if (!report.empty() || !plot.empty() || says_verdict()) {
+  if (!report.empty() || !plot.empty() || !spectra.empty() || says_verdict()) {
     log.begin("check");
     checked.statistics = field_statistics(made.field, {.bands_per_decade = bands_per_decade,
                                                        .y_separations = separations,
@@ -334,7 +432,12 @@ void WindCommand::run() const {
     if (field_format(path) == vti) write_vti(file, made.field);
   }
   if (!plot.empty()) files.add(plot, plot_wind(checked));
+  if (!spectra.empty()) {
+    const WindGrid& of_field = made.field.grid;
+    files.add(spectra, plot_spectra(checked, row_nearest(of_field, of_field.reference_height)));
+  }
   log.finish();
+  vectors.draw(made.field, files, log);
   if (!report.empty()) files.add(report, text_of(report_of(made, checked, verdict, log)));
   files.commit();
   files.announce();
@@ -377,6 +480,8 @@ void add_wind(CLI::App& app) {
                  "Settings, mean [m/s], deviation [m/s], spectra [(m/s)^2/Hz] by height and coherence by "
                  "distance [m] beside their targets, seconds and memory, as JSON");
   sub.add_option("--plot", command->plot, "The same as a picture (.svg)");
+  sub.add_option("--spectra", command->spectra,
+                 "The spectra of u, v and w alone, in the row nearest the reference height (.svg)");
   sub.add_flag("--list-terrains", command->list_terrains, "List the terrains and their numbers");
 
   command->wind.add_to(sub, false);
@@ -398,6 +503,8 @@ void add_wind(CLI::App& app) {
           ->transform(CLI::IsMember({"spectrum", "variance", "hub", "points"}, CLI::ignore_case))
           ->capture_default_str()
           ->group("Grid"));
+
+  command->of_vectors = command->vectors.add_to(sub);
 
   const char* check = "Check";
   sub.add_option("--bands", command->bands_per_decade,
@@ -424,6 +531,7 @@ void add_wind(CLI::App& app) {
       "      -o field.bts --report wind.json\n"
       "  tremula wind field.bts --spectrum iec-kaimal --turbulence-intensity 0.16 --plot check.svg\n"
       "  tremula wind field.bts -o field.vti\n"
+      "  tremula wind --points 81x1 --size 80x0 --period 20 --vectors gusts.svg\n"
       "  tremula wind field.bts --plot check.svg --separations 1,3,9 --bands 5\n");
   sub.callback([command] {
     if (command->list_terrains) {

@@ -18,7 +18,7 @@ packages=(
 # A Node.js from elsewhere is as good as the system's, as long as it brings npm.
 if ! command -v node >/dev/null || ! command -v npm >/dev/null; then packages+=(nodejs npm); fi
 # What needs one of these is left out, or skips and says so, where the system has no such package.
-if_there_is=(libembree-dev libopenexr-dev)
+if_there_is=(libembree-dev libopenexr-dev libopenvdb-dev libboost-dev)
 npm_omits=(--omit=dev)
 case $purpose in
   build) ;;

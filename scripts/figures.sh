@@ -50,6 +50,9 @@ tremula modes stam-62 --plot docs/figures/modes.svg > /dev/null
 tremula beam --count 3 --plot docs/figures/beam.svg > /dev/null
 tremula wind --model iec-kaimal --speed 12 --reference-height 90 --profile power:0.2 --points 51x51 --size 145x145 \
   --center-height 90 --plot docs/figures/wind.svg
+# Shinya & Fournier 1992, figures 2 and 3; 4 is beam.svg.
+tremula wind --wind-speed 8 --points 21x1 --size 100x0 --center-height 10 --steps 8192 --spectra docs/figures/spectra.svg
+tremula wind --wind-speed 8 --points 81x1 --size 80x0 --center-height 5 --period 60 --vectors docs/figures/gusts.svg
 
 scripts/experiments.sh "$build"
 node scripts/run_docs.mjs --refresh "$build"

@@ -257,6 +257,18 @@ TEST_F(Scene, OfMorePlantsOneIsAnimatedByName) {
   EXPECT_EQ(contents(folder / "a.csv"), contents(folder / "b.csv"));
 }
 
+// One wind: what is added to a scene changes nothing of what was there.
+TEST_F(Scene, MovesAnObjectAsBeforeWhateverIsAddedToIt) {
+  write_scene("");
+  ASSERT_EQ(run(folder, "animate s.toml -o alone.csv").code, 0);
+  write_scene(
+      "\n[[objects]]\nsource = \"birch\"\nname = \"other\"\n[[objects.instances]]\nposition = [40, 30]\n"
+      "\n[[drift]]\nlow = [-5, -5, 0]\nhigh = [5, 5, 4]\n[gusts]\nlow = [-50, -50]\nhigh = [50, 50]\n");
+  const Outcome beside = run(folder, "animate s.toml --object tree -o beside.csv");
+  ASSERT_EQ(beside.code, 0) << beside.messages;
+  EXPECT_EQ(contents(folder / "alone.csv"), contents(folder / "beside.csv"));
+}
+
 TEST_F(Scene, CheckSaysWhatIsInIt) {
   write_scene("[[objects.grid]]\ncolumns = 3\nrows = 2\nspacing = 4\n");
   const Outcome outcome = run(folder, "check s.toml");

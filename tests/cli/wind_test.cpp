@@ -530,6 +530,42 @@ TEST(Wind, WarnsOfAFieldWithoutWindOrWithoutGusts) {
               HasSubstr("warning: a wind speed of 0"));
 }
 
+TEST(Wind, DrawsItsVectorsAndSpectraFromTheFieldThatItMakesOrReads) {
+  const test::TemporaryFolder folder;
+  const std::string grid = "wind --points 9x1 --size 8x0 --center-height 5 --period 6.4 ";
+  Outcome outcome = run(folder, grid + "-o a.bts --vectors a.svg --spectra s.svg --time 1.5");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_THAT(contents(folder / "a.svg"), HasSubstr("Wind 5 m above the ground, t = 1.50 s"));
+  EXPECT_THAT(contents(folder / "s.svg"), HasSubstr("Power spectra 5 m above the ground"));
+  // The same picture from the file, but for its rounding of velocities: a picture of the same size.
+  outcome = run(folder, "wind a.bts --vectors b.png --without-mean");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_THAT(contents(folder / "b.png"), StartsWith("\x89PNG"));
+  outcome = run(folder, grid + "--vectors -");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_THAT(outcome.output, StartsWith("<?xml"));
+}
+
+TEST(Wind, RefusesVectorsThatItCannotDrawAndLeavesNoFile) {
+  const test::TemporaryFolder folder;
+  write(folder / "a.bts", small_bts());  // does not repeat; 2 s of 6 m/s
+  const std::size_t before = file_count(folder);
+  for (const auto& [flags, message] : std::vector<std::pair<std::string, std::string>>{
+           {"--vectors a.jpg", "--vectors"},
+           {"--time 3", "--time"},
+           {"--points 1x3 --vectors a.svg", "2 or more, for a picture from above"},
+           {"--speed 0 --points 3x1 --vectors a.svg", "a mean wind above 0"},
+           {"--vectors a.svg --time nan", "--time"},
+           {"--vectors a.svg --vectors-height -1", "--vectors-height"},
+           {"--vectors a.gif --time 1", "--time"},
+           {"a.bts --vectors a.svg --time 1.9", "in a field that does not repeat"}}) {
+    const Outcome outcome = run(folder, "wind " + flags);
+    EXPECT_EQ(outcome.code, 2) << flags;
+    EXPECT_THAT(outcome.messages, HasSubstr(message)) << flags;
+    EXPECT_EQ(file_count(folder), before) << flags;
+  }
+}
+
 TEST(Animate, TakesTheWindOfTheSameFlagsAndNames) {
   const test::TemporaryFolder folder;
   write(folder / "mast.csv", "height_m,speed_m_s,heading_deg\n0,0,30\n2,3,20\n10,8,0\n");

@@ -76,6 +76,40 @@ TEST(Tracer, ShowsCopiesAsItShowsAsManyMeshes) {
   EXPECT_LT(difference(together.light, alone.light), 0.01 * mean_of(alone.light).mean());
 }
 
+TEST(Tracer, TurnsTheNormalsOfACopyThatIsAloneAsThoseOfManyCopies) {
+  const auto still = [](double) { return Vector3f(0, 0, 0); };
+  const auto alone = loop_of(sphere("timber", 0.5F, 1), still),
+             beside = loop_of(sphere("timber", 0.5F, 1), still);
+  const Instance turned{.position = {0, 0, 2}, .turn = 2.1};
+  alone->instances = {turned};
+  beside->instances = {turned, {.position = {500, 0, 2}}};
+  const Camera camera = look({-5, 0, 2}, {0, 0, 2}, 0.3);
+  const TraceOptions options{.width = 24, .height = 24, .samples = 32};
+  const TracedImage one = picture(in_uniform_sky({alone}), camera, options),
+                    both = picture(in_uniform_sky({beside}), camera, options);
+  EXPECT_LT(difference(one.normal, both.normal), 1e-3);
+  EXPECT_LT(difference(one.light, both.light), 1e-3);
+}
+
+TEST(Tracer, TintsTheGroundAsItIsAtTheTimeOfThePicture) {
+  TraceScene scene = in_uniform_sky({loop_of(sphere("timber", 0.5F, 1))});
+  scene.ground = {.kind = GroundKind::plain, .height = -2};
+  scene.ground.tint = [](const Eigen::Vector2f& place, double time) {
+    return Eigen::Vector4f(place.x() > 0 ? 0.3F : 0.1F, 0.1F * static_cast<float>(time), 0.2F, 1);
+  };
+  for (const double time : {1.0, 4.0}) {
+    const TracedImage seen =
+        picture(scene, look({0.1, 0, 9}, {0, 0, -2}, 0.8), {.width = 16, .height = 16, .samples = 4}, time);
+    for (const auto& [x, y] : {std::pair{0, 0}, std::pair{15, 15}, std::pair{0, 15}, std::pair{15, 0}}) {
+      const auto* albedo = seen.albedo.pixel(x, y);
+      EXPECT_NEAR(albedo[1], 0.1 * time, 1e-5);
+      EXPECT_TRUE(std::abs(albedo[0] - 0.3F) < 1e-5F || std::abs(albedo[0] - 0.1F) < 1e-5F);
+    }
+    EXPECT_NE(seen.albedo.pixel(0, 0)[0] + seen.albedo.pixel(15, 0)[0] + seen.albedo.pixel(0, 15)[0],
+              3 * seen.albedo.pixel(15, 15)[0]);
+  }
+}
+
 TEST(Tracer, BlursMotionAsTheMeanOfManySharpFramesDoes) {
   Surface board = surface_of("timber", 0.2F, false);
   add_quad(board, {0, -0.5F, -0.5F}, {0, 1, 0}, {0, 0, 1});

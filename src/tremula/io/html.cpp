@@ -2,6 +2,7 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
+#include "tremula/io/base64.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -21,20 +22,6 @@ constexpr std::string_view title_mark = "@TREMULA_TITLE@", loop_mark = "@TREMULA
 
 // Chromium's strings end at 512 MiB, and the page reads the loop as one.
 constexpr std::size_t max_encoded_size = 500'000'000;
-
-std::size_t base64_size(std::size_t byte_count) { return (byte_count + 2) / 3 * 4; }
-
-void append_base64(std::string& text, std::string_view bytes) {
-  constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t count = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    }
-    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
-  }
-}
 
 // What browsers unpack themselves (DecompressionStream).
 std::string gzip(std::string& bytes) {

@@ -1,5 +1,6 @@
 #include "tremula/io/wind_plot.hpp"
 
+#include "tremula/base/error.hpp"
 #include "tremula/io/atomic_file.hpp"
 #include "tremula/io/svg.hpp"
 
@@ -162,6 +163,34 @@ std::string plot_wind(const WindReport& report) {
   for (std::size_t c = 0; c < 3; ++c)
     body += spectra(report, c) + coherence(report, c, false) + coherence(report, c, true);
   return svg_document(3 * panel_width, top + 4 * panel_height, report.title, body);
+}
+
+std::string plot_spectra(const WindReport& report, std::size_t row) {
+  if (row >= report.statistics.spectra.size()) {
+    throw InputError("row of the spectra", std::to_string(row),
+                     "less than " + std::to_string(report.statistics.spectra.size()));
+  }
+  const std::vector<double> frequency = frequencies(report.statistics);
+  Plot plot{.title = "", .x = {}, .y = {}, .series = {}};
+  std::vector<double> values;
+  const auto add = [&](Series series) {
+    values.insert(values.end(), series.y.begin(), series.y.end());
+    plot.series.push_back(std::move(series));
+  };
+  for (std::size_t c = 0; c < 3; ++c) {
+    add(measured(component_names[c], c, frequency, report.statistics.spectra[row][c].value));
+    for (const WindTargets::Spectrum& wanted : report.targets.spectra) {
+      if (wanted.row == row && wanted.component == c) add(target(c, wanted.curve.x, wanted.curve.y));
+    }
+  }
+  plot.x = axis_around("frequency [Hz]", frequency, true);
+  plot.y = axis_around("S [m²/s² / Hz]", values, true);
+  const std::string title =
+      "Power spectra " + length_text(report.statistics.rows[row].height) + " above the ground";
+  std::string body = svg_text(20, 30, title, {.size = 16, .bold = true});
+  if (has_targets(report.targets))
+    body += svg_text(76, 60, "measured: full lines; target: dashed", {.size = 12});
+  return svg_document(640, 460, title, body + svg_plot(plot, {76, 70, 540, 330}));
 }
 
 void write_wind_plot(const std::string& path, const WindReport& report) {

@@ -48,6 +48,10 @@ struct WindReport {
 // the same bytes.
 std::string plot_wind(const WindReport& report);
 
+// SVG text: S(f) of u, v and w in one row (F figure 2), measured full and target dashed. Throws InputError
+// for a row that is not there.
+std::string plot_spectra(const WindReport& report, std::size_t row);
+
 void write_wind_plot(const std::string& path, const WindReport& report);  // throws Error
 
 }  // namespace tremula

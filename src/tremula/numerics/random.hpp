@@ -21,9 +21,12 @@ enum class RandomStream : std::uint32_t {
   modal_loads = 7,
   waves = 8,
   placing = 9,
+  grass = 10,
+  strands = 14,
   lattice_u = 20,
   lattice_v = 21,
   lattice_w = 22,
+  impressions = 13,
   test = 1000,
 };
 

@@ -9,22 +9,35 @@
 
 namespace tremula {
 
-inline void find_closest(RTCScene scene, RTCRayHit& query) {
+// What goes with a ray to the shapes it meets; more may follow it in memory (Embree hands the pointer on).
 #if RTC_VERSION_MAJOR >= 4
-  rtcIntersect1(scene, &query);
+using EmbreeContext = RTCRayQueryContext;
 #else
-  RTCIntersectContext context;
+using EmbreeContext = RTCIntersectContext;
+#endif
+
+inline void find_closest(RTCScene scene, EmbreeContext& context, RTCRayHit& query) {
+#if RTC_VERSION_MAJOR >= 4
+  rtcInitRayQueryContext(&context);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.context = &context;
+  rtcIntersect1(scene, &query, &arguments);
+#else
   rtcInitIntersectContext(&context);
   rtcIntersect1(scene, &context, &query);
 #endif
 }
 
 // query.tfar is below 0 then where something is in the way.
-inline void find_any(RTCScene scene, RTCRay& query) {
+inline void find_any(RTCScene scene, EmbreeContext& context, RTCRay& query) {
 #if RTC_VERSION_MAJOR >= 4
-  rtcOccluded1(scene, &query);
+  rtcInitRayQueryContext(&context);
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.context = &context;
+  rtcOccluded1(scene, &query, &arguments);
 #else
-  RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(scene, &context, &query);
 #endif

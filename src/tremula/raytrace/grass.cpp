@@ -105,6 +105,10 @@ std::vector<LoopShape> grass_before(const Camera& camera, const GroundLook& grou
       const Vec3 middle(side * static_cast<double>(column + dx), side * static_cast<double>(row + dy),
                         ground.height);
       if ((middle - camera.eye).dot(camera.forward) < -2 * side) continue;
+      const auto is_sown = [&](const Eigen::Vector3d& circle) {
+        return (middle.head<2>() - circle.head<2>()).norm() < circle.z();
+      };
+      if (std::ranges::any_of(ground.sown, is_sown)) continue;
       const double away = (middle - camera.eye).head<2>().norm();
       const double distance =
           std::hypot(away, above) * (0.85 + 0.3 * static_cast<double>(hash_to_unit(number)));

@@ -106,7 +106,9 @@ Rgb ground_color_of(const GroundLook& ground) {
   return Rgb::Zero();
 }
 
-PatternSpot ground_pattern(const GroundLook& ground, const Vector2f& place, float footprint) {
+namespace {
+
+PatternSpot untinted(const GroundLook& ground, const Vector2f& place, float footprint) {
   const Rgb mean = ground_color_of(ground);
   constexpr float plain = 100;
   if (footprint > plain) return {mean, Vector3f::UnitZ()};
@@ -124,6 +126,16 @@ PatternSpot ground_pattern(const GroundLook& ground, const Vector2f& place, floa
       break;
   }
   return {mean, Vector3f::UnitZ()};
+}
+
+}  // namespace
+
+PatternSpot ground_pattern(const GroundLook& ground, const Vector2f& place, float footprint) {
+  PatternSpot spot = untinted(ground, place, footprint);
+  if (!ground.tint) return spot;
+  const Eigen::Vector4f tint = ground.tint(place, ground.time);
+  spot.albedo += tint.w() * (tint.head<3>() - spot.albedo);
+  return spot;
 }
 
 }  // namespace tremula

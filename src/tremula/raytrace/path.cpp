@@ -55,10 +55,13 @@ void scatter_as_leaf(const PathSettings& settings, const Spot& spot, bool from_b
   }
 }
 
-// Blades of grass have the colours of the ground they stand on, which fade into each other far away.
+// Blades of grass have the colours of the green ground they stand on, which fade into each other far away; on
+// any other, their own.
 void scatter_as_blade(const GroundLook& ground, const Spot& spot, bool from_behind, Scattering& to) {
   constexpr float patches = 0.4F;  // [m] what is finer the blades do themselves
-  const Rgb color = ground_pattern(ground, spot.point.head<2>(), patches).albedo;
+  const bool on_grass = ground.kind == GroundKind::grass;
+  const Rgb color =
+      on_grass ? ground_pattern(ground, spot.point.head<2>(), patches).albedo : spot.part->color;
   to.reflected = leaf_pattern(color, spot.uv, spot.piece, from_behind).cwiseMin(0.45F);
   to.transmitted = light_through_leaf(to.reflected);
 }
@@ -117,6 +120,21 @@ Vertex vertex_of(const GroundLook& ground, const Vector3f& point, const Vector3f
   return vertex;
 }
 
+Vertex vertex_of(const Ray& ray, const RayShapeHit& hit) {
+  Vertex vertex;
+  Scattering& to = vertex.scattering;
+  const Vector3f to_eye = -ray.direction, point = ray.origin + hit.distance * ray.direction;
+  to.plane = hit.normal.dot(to_eye) < 0 ? Vector3f(-hit.normal) : hit.normal;
+  to.normal = facing(to.plane, to_eye);
+  const float most = (hit.reflected + hit.transmitted).maxCoeff(), scale = most > 1 ? 1 / most : 1;
+  to.reflected = scale * hit.reflected;
+  to.transmitted = scale * hit.transmitted;
+  const float away = clearance(point);
+  vertex.front = point + away * to.plane;
+  vertex.behind = point - away * to.plane;
+  return vertex;
+}
+
 float power_share(float mine, float other) { return mine * mine / (mine * mine + other * other); }
 
 class Path {
@@ -157,11 +175,13 @@ class Path {
  private:
   Hit closest(float farthest) {
     ++rays_;
+    ray_.random = sampler_.ticket();
     if (settings_.shot) settings_.shot->push_back({ray_, farthest, false});
     return settings_.scene.closest(ray_, farthest);
   }
-  bool blocked(const Ray& ray, float farthest) {
+  bool blocked(Ray ray, float farthest) {
     ++rays_;
+    ray.random = sampler_.ticket();
     if (settings_.shot) settings_.shot->push_back({ray, farthest, true});
     return settings_.scene.blocked(ray, farthest);
   }
@@ -172,6 +192,7 @@ class Path {
 
   Vertex meet(const Hit& hit, float distance, const Vector3f& to_eye, int depth) const {
     const float across = distance * settings_.pixel;
+    if (hit.of_shape) return vertex_of(ray_, hit.shape);
     if (hit) {
       const Spot spot = settings_.scene.spot(ray_, hit);
       return vertex_of(settings_, spot, to_eye, depth == 0 ? across : flat_footprint);

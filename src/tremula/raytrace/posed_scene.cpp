@@ -2,9 +2,11 @@
 
 #include "tremula/base/color.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/render/noise.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <string>
@@ -114,6 +116,66 @@ RTCRay to_embree(const Ray& ray, float farthest) {
   return to;
 }
 
+// What goes with a ray, and what a shape gives back that Embree has no room for.
+struct ShapeQuery {
+  EmbreeContext context;  // the first: Embree knows the rest by it
+  std::uint32_t random;
+  RayShapeHit hit;
+};
+
+bool hits_shape(const void* shapes, unsigned number, const RTCRay& ray, std::uint32_t random,
+                RayShapeHit& hit) {
+  const PosedRayShape& shape = (*static_cast<const std::vector<PosedRayShape>*>(shapes))[number];
+  const Vector3f origin(ray.org_x, ray.org_y, ray.org_z), direction(ray.dir_x, ray.dir_y, ray.dir_z);
+  return shape.hit(origin, direction, ray.time, ray.tfar, hash(random ^ hash(number)), hit) &&
+         hit.distance > ray.tnear && hit.distance <= ray.tfar;
+}
+
+void intersect_shape(const RTCIntersectFunctionNArguments* with) {
+  if (with->valid[0] == 0) return;
+  RTCRayHit& query = *reinterpret_cast<RTCRayHit*>(with->rayhit);  // rays come one by one
+  ShapeQuery& own = *reinterpret_cast<ShapeQuery*>(with->context);
+  RayShapeHit hit;
+  if (!hits_shape(with->geometryUserPtr, with->primID, query.ray, own.random, hit)) return;
+  own.hit = hit;
+  query.ray.tfar = hit.distance;
+  query.hit.u = query.hit.v = 0;
+  query.hit.geomID = with->geomID;
+  query.hit.primID = with->primID;
+  query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+}
+
+void shape_in_the_way(const RTCOccludedFunctionNArguments* with) {
+  if (with->valid[0] == 0) return;
+  RTCRay& ray = *reinterpret_cast<RTCRay*>(with->ray);
+  const ShapeQuery& own = *reinterpret_cast<const ShapeQuery*>(with->context);
+  RayShapeHit hit;
+  if (hits_shape(with->geometryUserPtr, with->primID, ray, own.random, hit))
+    ray.tfar = -std::numeric_limits<float>::infinity();
+}
+
+void bounds_of_shape(const RTCBoundsFunctionArguments* with) {
+  const Eigen::AlignedBox3f& box =
+      (*static_cast<const std::vector<PosedRayShape>*>(with->geometryUserPtr))[with->primID].bounds;
+  RTCBounds& to = *with->bounds_o;
+  to.lower_x = box.min().x(), to.lower_y = box.min().y(), to.lower_z = box.min().z();
+  to.upper_x = box.max().x(), to.upper_y = box.max().y(), to.upper_z = box.max().z();
+}
+
+std::vector<PosedRayShape> pose_ray_shapes(const std::vector<std::shared_ptr<const RayShape>>& shapes,
+                                           double time, double shutter) {
+  std::vector<PosedRayShape> all;
+  for (const std::shared_ptr<const RayShape>& shape : shapes) {
+    for (PosedRayShape& posed : shape->pose(time, shutter)) {
+      if (!posed.hit) throw InputError("shape '" + shape->name + "'", "no function `hit`", "one");
+      if (posed.bounds.isEmpty() || !posed.bounds.min().allFinite() || !posed.bounds.max().allFinite())
+        throw Error("the pose of '" + shape->name + "' has bounds that are empty or not finite");
+      all.push_back(std::move(posed));
+    }
+  }
+  return all;
+}
+
 }  // namespace
 
 LoopShape shape_of(std::shared_ptr<const Loop> loop, int most_poses) {
@@ -139,8 +201,10 @@ EmbreeDevice make_device() {
   return device;
 }
 
-PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& shapes, double time,
-                       double shutter, double path_count) {
+PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& shapes,
+                       const std::vector<std::shared_ptr<const RayShape>>& ray_shapes, double time,
+                       double shutter, double path_count)
+    : ray_shapes_(pose_ray_shapes(ray_shapes, time, shutter)) {
   for (const LoopShape* shape : shapes) {
     const std::size_t first = poses_.size();
     for (const double shift : shape->shifts) {
@@ -174,6 +238,8 @@ PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& sh
     const Surface& rest = *pose.shape->loop->rest;
     SurfaceDelta moved = pose.shape->loop->skin_at(instant(pose, s));
     const std::size_t vertices = rest.vertex_count();
+    const Eigen::Matrix3f turn =
+        (pose.only_copy ? pose.only_copy->rotation() : Mat3::Identity()).cast<float>();
     if (moved.position.size() != vertices || moved.normal.size() != vertices)
       throw InputError("skin_at of '" + pose.shape->loop->facts.name + "'",
                        std::to_string(moved.position.size()) + " vertices", std::to_string(vertices));
@@ -182,7 +248,7 @@ PosedScene::PosedScene(RTCDevice device, const std::vector<const LoopShape*>& sh
       moved.position[i] += rest.position[i];
       sum += moved.position[i];
       if (pose.only_copy) moved.position[i] = placed(*pose.only_copy, moved.position[i]);
-      moved.normal[i] = (moved.normal[i] + rest.normal[i]).normalized();
+      moved.normal[i] = turn * (moved.normal[i] + rest.normal[i]).normalized();
     }
     if (!sum.allFinite())
       throw Error("the pose of '" + pose.shape->loop->facts.name + "' has numbers that are not finite");
@@ -263,8 +329,22 @@ void PosedScene::build(RTCDevice device, const std::vector<const LoopShape*>& sh
     }
     first += shape->shifts.size();
   }
+  attach_ray_shapes(device);
   rtcJoinCommitScene(top_.get());
   check_embree(device);
+}
+
+void PosedScene::attach_ray_shapes(RTCDevice device) {
+  if (ray_shapes_.empty()) return;
+  const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(ray_shapes_.size()));
+  rtcSetGeometryUserData(geometry, &ray_shapes_);
+  rtcSetGeometryBoundsFunction(geometry, bounds_of_shape, nullptr);
+  rtcSetGeometryIntersectFunction(geometry, intersect_shape);
+  rtcSetGeometryOccludedFunction(geometry, shape_in_the_way);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(top_.get(), geometry, static_cast<unsigned>(copies_.size()));
+  rtcReleaseGeometry(geometry);
 }
 
 Hit PosedScene::closest(const Ray& ray, float farthest) const {
@@ -272,7 +352,9 @@ Hit PosedScene::closest(const Ray& ray, float farthest) const {
   query.ray = to_embree(ray, farthest);
   query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-  find_closest(top_.get(), query);
+  ShapeQuery own{};
+  own.random = ray.random;
+  find_closest(top_.get(), own.context, query);
   Hit hit;
   if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
   hit.copy = query.hit.instID[0] == RTC_INVALID_GEOMETRY_ID ? query.hit.geomID : query.hit.instID[0];
@@ -280,12 +362,16 @@ Hit PosedScene::closest(const Ray& ray, float farthest) const {
   hit.distance = query.ray.tfar;
   hit.u = query.hit.u;
   hit.v = query.hit.v;
+  hit.of_shape = hit.copy == copies_.size();
+  if (hit.of_shape) hit.shape = own.hit;
   return hit;
 }
 
 bool PosedScene::blocked(const Ray& ray, float farthest) const {
   alignas(16) RTCRay query = to_embree(ray, farthest);
-  find_any(top_.get(), query);
+  ShapeQuery own{};
+  own.random = ray.random;
+  find_any(top_.get(), own.context, query);
   return query.tfar < 0;
 }
 

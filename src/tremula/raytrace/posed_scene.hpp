@@ -49,12 +49,15 @@ EmbreeDevice make_device();  // throws Error
 
 struct Ray {
   Eigen::Vector3f origin, direction;
-  float time = 0.5F;  // within the shutter, 0 to 1
+  float time = 0.5F;         // within the shutter, 0 to 1
+  std::uint32_t random = 0;  // for what is hit by chance
 };
 
 struct Hit {
   std::uint32_t copy = RTC_INVALID_GEOMETRY_ID, triangle = 0;
   float distance = 0, u = 0, v = 0;
+  bool of_shape = false;  // of what is no triangles: `shape` tells all then, and spot() nothing
+  RayShapeHit shape;
 
   explicit operator bool() const { return copy != RTC_INVALID_GEOMETRY_ID; }
 };
@@ -74,8 +77,10 @@ class PosedScene {
  public:
   // `path_count`: how many paths will be followed in it. Throws Error where Embree has no memory left, and
   // where a loop gives numbers that are none.
-  PosedScene(RTCDevice device, const std::vector<const LoopShape*>& shapes, double time, double shutter,
+  PosedScene(RTCDevice device, const std::vector<const LoopShape*>& shapes,
+             const std::vector<std::shared_ptr<const RayShape>>& ray_shapes, double time, double shutter,
              double path_count);
+  PosedScene(const PosedScene&) = delete;  // Embree knows where it lies
 
   Hit closest(const Ray& ray, float farthest) const;
   bool blocked(const Ray& ray, float farthest) const;
@@ -84,6 +89,7 @@ class PosedScene {
   std::uint64_t triangle_count() const { return triangles_; }
   std::size_t copy_count() const { return copies_.size(); }
   std::size_t pose_count() const { return poses_.size(); }
+  std::size_t shape_count() const { return ray_shapes_.size(); }
   RTCScene top() const { return top_.get(); }
 
  private:
@@ -106,9 +112,11 @@ class PosedScene {
     }
   };
   void build(RTCDevice device, const std::vector<const LoopShape*>& shapes, bool many_rays);
+  void attach_ray_shapes(RTCDevice device);
 
   std::vector<Pose> poses_;
   std::vector<Copy> copies_;
+  std::vector<PosedRayShape> ray_shapes_;  // primitives of one geometry, whose number is after all copies
   EmbreeScene top_;
   std::uint64_t triangles_ = 0;
 };

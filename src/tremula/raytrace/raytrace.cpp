@@ -52,6 +52,9 @@ void check_scene(const TraceScene& scene) {
   check_number("height of the grass", scene.ground.grass_height,
                scene.ground.grass_height >= 0 && scene.ground.grass_height <= 1, "a height from 0 to 1 [m]");
   check_rgb("extinction of the haze", scene.haze.extinction, 1e6F, "three numbers from 0 to 1e6 [1/m]");
+  for (const std::shared_ptr<const RayShape>& shape : scene.ray_shapes) {
+    if (!shape || !shape->pose) throw InputError("shapes of the scene", "one that is not there", "shapes");
+  }
   if (scene.uniform_sky) check_rgb("uniform sky", *scene.uniform_sky, 1e9F, "three numbers from 0 to 1e9");
 }
 
@@ -246,7 +249,7 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
   for (const LoopShape& shape : impl_->shapes) shapes.push_back(&shape);
   const std::vector<LoopShape> grass = grass_before(cameras.front(), impl_->scene.ground, impl_->grass);
   for (const LoopShape& shape : grass) shapes.push_back(&shape);
-  const PosedScene posed(impl_->device.get(), shapes, time, options.shutter, paths);
+  const PosedScene posed(impl_->device.get(), shapes, impl_->scene.ray_shapes, time, options.shutter, paths);
   const double built = seconds_since(start);
 
   TracedImage image;
@@ -254,11 +257,14 @@ TracedImage Tracer::trace(const std::function<Camera(double time)>& camera, doub
     make_room(*each, options.width, options.height);
   if (options.samples > 1) make_room(image.half, options.width, options.height);
   const auto pixel = static_cast<float>(2 * cameras.front().half_height / options.height);
-  const PathSettings path{posed, impl_->far_light, impl_->scene.ground, options.bounces, pixel};
+  GroundLook ground = impl_->scene.ground;
+  ground.time = time;
+  const PathSettings path{posed, impl_->far_light, ground, options.bounces, pixel};
   const std::uint64_t rays = trace_tiles({options, cameras, path}, image, done);
   if (counts)
-    *counts = {rays,  posed.triangle_count(),      posed.copy_count(), posed.pose_count(),
-               built, seconds_since(start) - built};
+    *counts = {
+        rays,  posed.triangle_count(),      posed.copy_count(), posed.pose_count(), posed.shape_count(),
+        built, seconds_since(start) - built};
   return image;
 }
 

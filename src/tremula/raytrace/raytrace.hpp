@@ -2,6 +2,7 @@
 #pragma once
 
 #include "tremula/deformation/loop.hpp"
+#include "tremula/raytrace/ray_shape.hpp"
 #include "tremula/render/camera.hpp"
 #include "tremula/render/daylight.hpp"
 #include "tremula/render/linear_image.hpp"
@@ -23,6 +24,12 @@ struct GroundLook {
   double height = 0;                              // [m]
   Eigen::Vector3f color = {0.18F, 0.18F, 0.18F};  // linear albedo, of a plain one
   double grass_height = 0;  // [m] of grass that stands in blades near the camera, 0 … 1; 0: a pattern alone
+  // What is laid over it at a place and a time [s]: a linear albedo, and how much of the ground that covers,
+  // 0–1. Empty: nothing. Called by several threads.
+  std::function<Eigen::Vector4f(const Eigen::Vector2f& place, double time)> tint = {};
+  double time = 0;  // of the tint; a Tracer takes that of the picture
+  // Where a loop of the scene brings such blades itself, that move: circles (x, y and radius) [m].
+  std::vector<Eigen::Vector3d> sown = {};
 };
 
 // What is between things: air that hazes what is far, or water.
@@ -35,6 +42,7 @@ struct Haze {
 // large scenes fewer, but no fewer than two, so that all poses together have no more than `posed_triangles`.
 struct TraceScene {
   std::vector<std::shared_ptr<const Loop>> loops = {};
+  std::vector<std::shared_ptr<const RayShape>> ray_shapes = {};  // beside them: what is no triangles
   GroundLook ground = {};
   Haze haze = {};
   bool under_water = false;
@@ -62,6 +70,7 @@ struct TraceOptions {
 struct TraceCounts {
   std::uint64_t rays = 0;                                 // all that were shot
   std::uint64_t triangles = 0, instances = 0, poses = 0;  // poses: that were held of all loops
+  std::uint64_t shapes = 0;                               // that are no triangles
   double seconds_build = 0, seconds_trace = 0;
 };
 

@@ -64,6 +64,10 @@ class Sampler {
     const std::uint32_t index = reverse_bits(scramble_reversed(sample_, seed));
     return unit_of(reverse_bits(scramble_reversed(index, seed * 0x2c1b3c6dU + 1)));
   }
+  // A number for a ray that is shot now: another after every pair() and one(), and none of theirs is spent.
+  std::uint32_t ticket() const {
+    return hash(hash(sample_ ^ 0x7f4a7c15U) ^ (seed_ + 0x9e3779b9U * dimension_));
+  }
 
  private:
   std::uint32_t seed_, sample_, dimension_ = 0;

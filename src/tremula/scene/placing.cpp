@@ -51,9 +51,7 @@ bool is_inside(const Polygon& polygon, const Eigen::Vector2d& point) {
 }
 
 bool is_masked(const Scatter& scatter, const Eigen::Vector2d& point) {
-  const auto holds = [&](const Polygon& polygon) { return is_inside(polygon, point); };
-  return (!scatter.inside.empty() && std::ranges::none_of(scatter.inside, holds)) ||
-         std::ranges::any_of(scatter.outside, holds);
+  return !masks_leave(scatter.inside, scatter.outside, point);
 }
 
 // What of the field the polygons may have copies in.
@@ -263,6 +261,12 @@ void check_polygon(const Polygon& polygon) {
 }
 
 }  // namespace
+
+bool masks_leave(std::span<const Polygon> inside, std::span<const Polygon> outside,
+                 const Eigen::Vector2d& place) {
+  const auto holds = [&](const Polygon& polygon) { return is_inside(polygon, place); };
+  return (inside.empty() || std::ranges::any_of(inside, holds)) && std::ranges::none_of(outside, holds);
+}
 
 void check_scatter(const Scatter& scatter) {
   if (!scatter.low.allFinite() || !scatter.high.allFinite() || !((scatter.high - scatter.low).minCoeff() > 0))

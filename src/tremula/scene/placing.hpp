@@ -36,6 +36,10 @@ std::vector<Instance> place_instances(const Crowd& crowd, const Vec3& advection,
 // are laid down by chance cover at most 54.7 % (Feder 1980); 45 % are allowed.
 void check_scatter(const Scatter& scatter);
 
+// Whether a place is in one of the first, if there are any, and in none of the others.
+bool masks_leave(std::span<const Polygon> inside, std::span<const Polygon> outside,
+                 const Eigen::Vector2d& place);
+
 // Which of so many motions a copy that is turned by `turn` [rad] shows: number k was made for a wind that
 // blows towards the wind's heading - k 2 pi / headings, so that turned it blows at most half a step off the
 // wind's.

@@ -8,9 +8,9 @@
 //   exp(-r) = integral over s > 0 of sqrt(2/pi) exp(-s^2/2) exp(-r^2/(2 s^2)) ds
 //
 // Each octave of s is noise on a lattice of the world, as wide as 2^j m, through cubic B-splines, whose
-// covariance is nearly that Gaussian. Noise has an address, so no lattice has an end; variances are exactly
-// 1 everywhere. Octaves begin where the field has no structure, at a fifth of a decay length, or at
-// finest_lattice.
+// covariance is nearly that Gaussian. A coarse lattice is also a fine one, so that all octaves are read from
+// the finest at once. Noise has an address, so no lattice has an end; variances are exactly 1 everywhere.
+// Octaves begin where the field has no structure, at a fifth of a decay length, or at finest_lattice.
 #pragma once
 
 #include "tremula/numerics/random.hpp"
@@ -36,7 +36,7 @@ struct LatticeNoise {
 
 // What one thread needs.
 struct LatticeWork {
-  std::vector<std::complex<float>> nodes;
+  std::vector<std::complex<float>> nodes, coarse, rows;
   std::unordered_map<std::uint64_t, std::array<std::complex<float>, gaussian_block>> blocks;
 };
 

@@ -1,0 +1,178 @@
+// One wind moves every kind of model: what each of them does at a place is what its transfer function says of
+// the wind there.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <numbers>
+#include <vector>
+
+#include "in_wind.hpp"
+#include "trees.hpp"
+#include "tremula/dynamics/oscillators.hpp"
+#include "tremula/dynamics/response_field.hpp"
+#include "tremula/numerics/fft.hpp"
+#include "tremula/pipeline.hpp"
+#include "tremula/wind/travelling_field.hpp"
+
+namespace tremula {
+namespace {
+
+using namespace test;
+
+constexpr TimeAxis loop{20, 400};
+constexpr int seeds = 20;
+const Vec3 place(7.5, -3, 2);
+
+TurbulentWind turbulence(int seed) {
+  TurbulentWind wind = turbulent_wind({.speed = 8}, 0.2);
+  wind.seed = static_cast<std::uint64_t>(seed);
+  return wind;
+}
+
+Wind world(int seed) { return Wind(turbulence(seed), Realisation::of_world); }
+
+// Of a signal that is the wind through h, and of one through g, over the bins of the loop: their correlation.
+using Follow = std::function<std::complex<double>(double frequency)>;
+double correlation_of(const Follow& h, const Follow& g) {
+  double cross = 0, of_h = 0, of_g = 0;
+  for (int bin = 1; bin < loop.bin_count(); ++bin) {
+    const double f = loop.frequency(bin), power = spectrum_at(turbulence(1), place.z(), f)[0];
+    cross += power * (h(f) * std::conj(g(f))).real();
+    of_h += power * std::norm(h(f));
+    of_g += power * std::norm(g(f));
+  }
+  return cross / std::sqrt(of_h * of_g);
+}
+std::complex<double> itself(double) { return 1; }
+
+double correlation_of(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  const Eigen::VectorXd x = a.array() - a.mean(), y = b.array() - b.mean();
+  return x.dot(y) / (x.norm() * y.norm());
+}
+
+struct Statistic {
+  double mean = 0, standard_error = 0;
+};
+Statistic over_seeds(const std::function<double(int seed)>& value) {
+  Eigen::VectorXd values(seeds);
+  for (int seed = 1; seed <= seeds; ++seed) values[seed - 1] = value(seed);
+  const double mean = values.mean();
+  return {mean, std::sqrt((values.array() - mean).square().sum() / (seeds - 1.0) / seeds)};
+}
+
+// Along the wind at the place, at every sample.
+Eigen::VectorXd series_of(const TravellingField& field, const Vec3& at) {
+  Eigen::VectorXd series(loop.sample_count);
+  for (int p = 0; p < loop.sample_count; ++p)
+    series[p] = static_cast<double>(local_value_at(field, at, p * loop.period / loop.sample_count).x());
+  return series;
+}
+
+TravellingField gusts(const Wind& wind) {
+  return gust_field(wind, loop, {.columns = 9, .first_column = -5, .spacing = 0.5, .heights = {1.5, 2, 2.5}});
+}
+
+// Grass and the like: an oscillator that is looked up.
+constexpr double blade_frequency = 1.4, blade_damping = 0.15;
+Impedance blade() { return oscillator_impedance(blade_frequency, blade_damping, 0.1, Transfer::sampled); }
+Eigen::VectorXd blades_at_place(const Wind& wind) {
+  FieldResponse response;
+  response.along = blade();
+  return series_of(respond(gusts(wind), response), place);
+}
+
+// A structure: a short stiff stub on a soft foot, so that one mode moves it and all of it is at one place.
+struct Stub {
+  Subject subject;
+  Weather weather;
+  double frequency = 0, damping_ratio = 0;
+};
+Stub stub() {
+  Skeleton skeleton = straight_stem(2, 0.3, 0.004, 0.004);
+  StructureOptions options = weightless();
+  options.root.rotation = 0.02;  // [N m]
+  Stub result{bake(skeleton, {.structure = options, .modes = {.count = 2}}), {}};
+  result.weather.loop = loop;
+  result.weather.transfer = Transfer::sampled;
+  result.weather.static_correction = false;
+  result.weather.lean = small_and_free;
+  result.weather.damping = {.ratio = 0.15, .aerodynamic = false};
+  result.frequency = result.subject.modes.frequency[0];
+  return result;
+}
+
+Eigen::VectorXd stub_at_place(const Stub& stub, const Wind& wind) {
+  Weather weather = stub.weather;
+  weather.ground = -place.z() + 0.15;  // its middle is as high as the place
+  // Moved to the place: across by the wind, along by Taylor.
+  weather.wind = moved_across(wind, place.y());
+  const Motion motion = set_in_motion(stub.subject, weather);
+  Eigen::VectorXd series(loop.sample_count);
+  const Eigen::Index top = stub.subject.structure.size() - 6;
+  for (int p = 0; p < loop.sample_count; ++p) {
+    const double time = p * loop.period / loop.sample_count - place.x() / wind.reference.speed;
+    series[p] = displacement_at(motion, time)[top];
+  }
+  return series;
+}
+
+TEST(OneWind, MovesGrassAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
+  const Statistic found = over_seeds([](int seed) {
+    const Wind wind = world(seed);
+    return correlation_of(series_of(gusts(wind), place), blades_at_place(wind));
+  });
+  const double wanted = correlation_of(itself, [](double f) { return blade()(f); });
+  EXPECT_NEAR(found.mean, wanted, 3 * found.standard_error);
+  EXPECT_LT(found.standard_error, 0.03);
+}
+
+TEST(OneWind, MovesAStructureAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
+  const Stub one = stub();
+  const Impedance mode = oscillator_impedance(one.frequency, 0.15, 1, Transfer::sampled);
+  const Statistic found = over_seeds([&](int seed) {
+    const Wind wind = world(seed);
+    return correlation_of(series_of(gusts(wind), place), stub_at_place(one, wind));
+  });
+  const double wanted = correlation_of(itself, [&](double f) { return mode(f); });
+  EXPECT_NEAR(found.mean, wanted, 3 * found.standard_error);
+  EXPECT_LT(found.standard_error, 0.03);
+}
+
+TEST(OneWind, MovesTwoKindsAtOnePlaceTogether) {
+  const Stub one = stub();
+  const Impedance mode = oscillator_impedance(one.frequency, 0.15, 1, Transfer::sampled);
+  const Statistic found = over_seeds([&](int seed) {
+    const Wind wind = world(seed);
+    return correlation_of(blades_at_place(wind), stub_at_place(one, wind));
+  });
+  const double wanted =
+      correlation_of([](double f) { return blade()(f); }, [&](double f) { return mode(f); });
+  EXPECT_GT(wanted, 0.3);
+  EXPECT_NEAR(found.mean, wanted, 3 * found.standard_error);
+}
+
+TEST(OneWind, ReachesWhatStandsDownwindAsMuchLaterAsItTakes) {
+  const Wind wind = world(4);
+  constexpr double apart = 9;
+  FieldResponse response;
+  response.along = blade();
+  const TravellingField grass = respond(gusts(wind), response);
+  const Eigen::VectorXd here = series_of(grass, place),
+                        there = series_of(grass, place + apart * Vec3::UnitX());
+  int best = 0;
+  double most = -1;
+  for (int shift = 0; shift < loop.sample_count / 2; ++shift) {
+    Eigen::VectorXd later(loop.sample_count);
+    for (int p = 0; p < loop.sample_count; ++p) later[(p + shift) % loop.sample_count] = here[p];
+    const double alike = correlation_of(later, there);
+    if (alike > most) best = shift, most = alike;
+  }
+  const double frame = loop.period / loop.sample_count;
+  EXPECT_NEAR(best * frame, apart / wind.reference.speed, frame);
+  EXPECT_GT(most, 0.99);
+}
+
+}  // namespace
+}  // namespace tremula
