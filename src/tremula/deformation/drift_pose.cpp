@@ -154,6 +154,8 @@ void add_normals(SmallMesh& mesh) {
   for (Vector3f& normal : mesh.normal) normal.normalize();
 }
 
+constexpr std::size_t grain_corners = 6;
+
 // An octahedron of the volume of a ball of diameter 1, that meshes shaded round.
 SmallMesh grain() {
   const float radius = 0.5F * std::cbrt(std::numbers::pi_v<float>);
@@ -161,7 +163,7 @@ SmallMesh grain() {
   for (int axis = 0; axis < 3; ++axis) {
     for (const float side : {-1.0F, 1.0F}) mesh.position.emplace_back(side * radius * Vector3f::Unit(axis));
   }
-  mesh.texture.assign(6, Vector2f::Constant(0.5F));
+  mesh.texture.assign(grain_corners, Vector2f::Constant(0.5F));
   mesh.triangles = {1, 3, 5, 3, 0, 5, 0, 2, 5, 2, 1, 5, 3, 1, 4, 0, 3, 4, 2, 0, 4, 1, 2, 4};
   add_normals(mesh);
   return mesh;
@@ -219,7 +221,7 @@ SmallMesh mesh_of(DriftForm form) {
 // ---- Turns
 
 float random_of(const DriftPath& path, std::uint32_t number) {
-  return static_cast<float>(uniform({path.mark, RandomStream{15}, number, 1}));
+  return static_cast<float>(uniform({path.mark, drift_stream, number, 1}));
 }
 
 struct Turned {
@@ -314,8 +316,8 @@ void put_round(const Meshes& meshes, std::size_t mesh, const Vector3f& place, fl
                Vector3f* position) {
   const Vector3f moved = place - meshes.home[mesh];
   const float grown = size - meshes.size[mesh];
-  for (std::size_t v = 0; v < meshes.mesh.position.size(); ++v)
-    position[v] = moved + grown * meshes.mesh.position[v];
+  const Vector3f* shape = meshes.mesh.position.data();
+  for (std::size_t v = 0; v < grain_corners; ++v) position[v] = moved + grown * shape[v];
 }
 
 void put_turned(const Meshes& meshes, std::size_t mesh, const Vector3f& place, const Turned& turned,

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "tremula/base/types.hpp"
+#include "tremula/numerics/random.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/travelling_field.hpp"
 
@@ -20,6 +21,8 @@
 #include <vector>
 
 namespace tremula {
+
+inline constexpr RandomStream drift_stream{15};  // nobody else's
 
 enum class DriftForm { flake, drop, leaf, seed };
 
