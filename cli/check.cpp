@@ -38,6 +38,14 @@ struct CheckCommand {
       text += "  " + scene.objects[i].name + ": " + plant.kind() + " from " + scene.objects[i].source +
               printed(", %zu cop%s\n", copies[i].size(), copies[i].size() == 1 ? "y" : "ies");
     }
+    const auto add = [&](const auto& things, const std::string& table, const auto& kind) {
+      for (const auto& thing : things)
+        text += "  " + thing.name + ": " + kind(thing) + " of [[" + table + "]]\n";
+    };
+    add(scene.grass, "grass", [](const SceneGrass& one) { return one.species; });
+    add(scene.drift, "drift", [](const SceneDrift& one) { return one.kind; });
+    add(scene.impressions, "impressions", [](const SceneImpression& one) { return one.shape; });
+    add(scene.volumes, "volumes", [](const SceneVolume& one) { return one.species; });
     text += printed("  wind %.3g m/s towards %.3g degrees; %d frames of %.4g s\n", commands.wind.speed,
                     commands.wind.heading, commands.loop.sample_count, commands.loop.period);
     print(text);

@@ -69,6 +69,8 @@ struct PlantInWind {
   std::optional<double> pull_heading;  // [degrees]
   bool from_rest = false;
   WindFlags wind_flags;
+  bool shares_wind = false;  // with all that is in a scene
+  double across = 0;         // how far to the left of the wind's heading it stands [m]
   std::string wind = "turbulent", transfer = "bin-averaged";
   std::string waves;                                           // significant height and peak period
   std::optional<double> water_depth, current;                  // [m, m/s]

@@ -99,11 +99,14 @@ ChosenWind PlantInWind::chosen_wind() const {
   if (wind == "turbulent") {
     const WindFlags flags = flags_of_wind();
     const TurbulentWind turbulent = flags.wind();
-    return {turbulent, describe(flags, turbulent)};
+    // A plant alone has the gusts that it would have in a scene; but those of phases only none can share.
+    const bool of_world = shares_wind || turbulent.amplitudes == Amplitudes::gaussian;
+    const Realisation realisation = of_world ? Realisation::of_world : Realisation::of_points;
+    return {moved_across(Wind(turbulent, realisation), across), describe(flags, turbulent)};
   }
   if (is_stam()) {
     const StamWind stam = stam_wind();
-    return {stam,
+    return {moved_across(stam, across),
             {{"wind_speed_m_s", stam.mean.speed},
              {"reference_height_m", stam.mean.reference_height},
              {"profile", wind_flags.profile},
@@ -117,7 +120,7 @@ ChosenWind PlantInWind::chosen_wind() const {
     const auto field = std::make_shared<const WindField>(wind_field(read_turbsim(wind)));
     const Wind given = GivenWind{field, wind_flags.heading};
     const std::optional<double> intensity = given.reference.intensity;
-    return {given,
+    return {moved_across(given, across),
             {{"wind_speed_m_s", given.reference.speed},
              {"reference_height_m", given.reference.height},
              {"heading_deg", given.reference.heading},

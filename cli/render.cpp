@@ -19,6 +19,7 @@
 
 #include "commands.hpp"
 #include "frame_files.hpp"
+#include "scene_things.hpp"
 #include "shot.hpp"
 
 namespace tremula::cli {
@@ -187,9 +188,10 @@ void RenderCommand::run(const CLI::App& flags) const {
 
   StageLog log;
   WarningLog warnings;
-  const MovingScene moving = move_scene(scene, commands, log, warnings);
+  MovingScene moving = move_scene(scene, commands, log, warnings);
   if (!is_scene(plant.input)) stand_alone(scene, commands, *moving.loops().front()->rest);
   const FilmCamera camera = camera_of(scene, commands, moving);
+  moving.things = make_things({scene, commands, camera, log, warnings});
   const TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
   const ToneMapping tones = tones_of(traced, picture.exposure);
   log.begin("scene");
@@ -255,9 +257,11 @@ Json RenderCommand::report_of(const Scene& scene, const SceneCommands& commands,
     objects.push_back({{"name", scene.objects[i].name},
                        {"source", scene.objects[i].source},
                        {"instances", copies},
-                       {"headings", moving.objects[i].size()},
+                       {"motions", moving.objects[i].size()},
                        {"vertices", moving.objects[i].front()->rest->vertex_count()}});
   }
+  for (const SceneThing& thing : moving.things)
+    objects.push_back({{"name", thing.name}, {"kind", thing.kind}, {"count", thing.count}});
   return {{"tremula", TREMULA_VERSION},
           {"input", plant.input},
           {"wind_speed_m_s", commands.wind.speed},

@@ -83,6 +83,25 @@ Vec3 mean_wind_of(const ReferenceWind& reference) {
   return reference.speed * Vec3(std::cos(heading), std::sin(heading), 0);
 }
 
+// How far a copy stands to the left of the wind's heading [degrees].
+double across_of(const Instance& copy, double heading) {
+  return copy.position.y() * std::cos(heading * degree) - copy.position.x() * std::sin(heading * degree);
+}
+
+// Copies that share a motion: those of one heading; with gusts of their own each is alone.
+std::vector<std::vector<Instance>> groups_of(const std::vector<Instance>& copies, int headings,
+                                             bool own_gusts) {
+  std::vector<std::vector<Instance>> groups;
+  if (own_gusts) {
+    for (const Instance& copy : copies) groups.push_back({copy});
+    return groups;
+  }
+  for (std::vector<Instance>& group : split_by_heading(copies, headings)) {
+    if (!group.empty()) groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
 }  // namespace
 
 SceneVocabulary scene_vocabulary() {
@@ -105,6 +124,7 @@ SceneVocabulary scene_vocabulary() {
 SceneObjectCommand::SceneObjectCommand(const Scene& scene, const SceneObject& object, const CLI::App& line)
     : app_("", "animate"), place_(object.place) {
   plant_.input = object.source;
+  plant_.shares_wind = true;
   plant_.growth_seed = object.growth_seed;
   plant_.constants = object.constants;
   plant_.colors = {object.bark_color, object.color ? object.color : object.leaf_color};
@@ -132,8 +152,8 @@ std::string SceneObjectCommand::with_place(const std::string& message) const {
   return place_.line > 0 ? text_of(place_) + ": " + message : message;
 }
 
-SharedLoops move_object(const SceneObjectCommand& command, int headings, std::vector<Instance> instances,
-                        StageLog& log, WarningLog& warnings) {
+SharedLoops move_object(const SceneObjectCommand& command, const SceneObject& object,
+                        std::vector<Instance> instances, StageLog& log, WarningLog& warnings) {
   return command.at_place([&] {
     const PlantInWind& plant = command.plant();
     const Progress progress = [&](std::string_view stage, double done) { log.progress(stage, done); };
@@ -147,26 +167,31 @@ SharedLoops move_object(const SceneObjectCommand& command, int headings, std::ve
     if (is_tree) subject = plant.bake(prepared, progress, warnings);
     const bool superposed = plant.poses_superpose() || prepared.plant.frame.has_value();
     SharedLoops loops;
-    const std::vector<std::vector<Instance>> copies = split_by_heading(instances, headings);
-    for (std::size_t k = 0; k < copies.size(); ++k) {
-      if (copies[k].empty()) continue;
+    const bool own_gusts = object.crowd.travelling_gusts &&
+                           instances.size() <= static_cast<std::size_t>(object.own_gusts) && !plant.is_clip();
+    const int headings = object.headings;
+    for (const std::vector<Instance>& together : groups_of(instances, headings, own_gusts)) {
       // As the wind blows for a copy that is turned.
-      const PlantInWind turned = plant.turned_by(-360.0 * static_cast<double>(k) / headings);
+      const double turn = own_gusts ? together.front().turn / degree
+                                    : 360.0 * nearest_heading(together.front().turn, headings) / headings;
+      PlantInWind turned = plant.turned_by(-turn);
+      if (own_gusts) turned.across = across_of(together.front(), wind.heading);
       Loop loop;
       if (is_tree) {
         Motion motion = turned.move_again(prepared, *subject, superposed, progress, log, warnings);
         loop = make_loop(subject->structure, prepared.surface, std::move(motion),
                          turned.loop_facts(prepared.plant, wind));
       } else {
-        PreparedPlant again =
-            k == 0 ? prepared : turned.prepare(command.flags(), turned.conditions(), log, warnings);
+        PreparedPlant again = turn == 0 && turned.across == 0
+                                  ? prepared
+                                  : turned.prepare(command.flags(), turned.conditions(), log, warnings);
         Subject baked = turned.bake(again, progress, warnings);
         Motion motion =
             turned.move(baked, again.conditions.weather, superposed, progress, log, warnings).motion;
         loop = make_loop(baked.structure, std::move(again.surface), std::move(motion),
                          turned.loop_facts(again.plant, wind), turned.poses_of(again.plant));
       }
-      loop.instances = copies[k];
+      loop.instances = together;
       loops.push_back(std::make_shared<const Loop>(std::move(loop)));
     }
     log.finish();
@@ -177,6 +202,7 @@ SharedLoops move_object(const SceneObjectCommand& command, int headings, std::ve
 SharedLoops MovingScene::loops() const {
   SharedLoops all;
   for (const SharedLoops& object : objects) all.insert(all.end(), object.begin(), object.end());
+  for (const SceneThing& thing : things) all.insert(all.end(), thing.loops.begin(), thing.loops.end());
   return all;
 }
 
@@ -188,7 +214,9 @@ SceneCommands commands_of(const Scene& scene, const CLI::App& line) {
     commands.is_clip = commands.is_clip || plant.is_clip();
     commands.under_water = commands.under_water || plant.structure.medium == "water";
   }
-  const SceneObjectCommand& first = *commands.objects.at(0);
+  commands.air = std::make_unique<SceneObjectCommand>(scene, SceneObject{}, line);
+  commands.blowing = commands.air->at_place([&] { return commands.air->plant().conditions().weather.wind; });
+  const SceneObjectCommand& first = commands.objects.empty() ? *commands.air : *commands.objects.front();
   const Weather weather = first.at_place([&] { return first.plant().conditions().weather; });
   commands.wind = weather.wind.reference;
   commands.loop = weather.loop;
@@ -197,7 +225,7 @@ SceneCommands commands_of(const Scene& scene, const CLI::App& line) {
 }
 
 std::vector<Place> SceneCommands::input_places() const {
-  std::vector<Place> places;
+  std::vector<Place> places = air->plant().input_places();
   for (const auto& object : objects) {
     const std::vector<Place> own = object->plant().input_places();
     places.insert(places.end(), own.begin(), own.end());
@@ -217,7 +245,7 @@ MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageL
   for (std::size_t i = 0; i < copies.size(); ++i) {
     moving.instance_count += copies[i].size();
     moving.objects.push_back(
-        move_object(*commands.objects[i], scene.objects[i].headings, std::move(copies[i]), log, warnings));
+        move_object(*commands.objects[i], scene.objects[i], std::move(copies[i]), log, warnings));
   }
   return moving;
 }

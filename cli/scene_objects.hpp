@@ -13,6 +13,10 @@
 
 #include "plant_in_wind.hpp"
 
+namespace tremula {
+struct RayShape;
+}
+
 namespace tremula::cli {
 
 // One object, with a command line of its own.
@@ -45,16 +49,19 @@ class SceneObjectCommand {
   std::map<std::string, FilePlace> places_;  // of its settings, by flag
 };
 
-// A loop for every heading that its copies stand in, with those that take it. The presets of sheets and
+// A loop for every heading that its copies stand in, or for every copy in gusts of its own (own_gusts), with
+// those that take it. The presets of sheets and
 // frames face the wind, wherever their copies would turn.
 using SharedLoops = std::vector<std::shared_ptr<const Loop>>;
-SharedLoops move_object(const SceneObjectCommand& command, int headings, std::vector<Instance> instances,
-                        StageLog& log, WarningLog& warnings);
+SharedLoops move_object(const SceneObjectCommand& command, const SceneObject& object,
+                        std::vector<Instance> instances, StageLog& log, WarningLog& warnings);
 
 // The objects of a scene, each with its settings checked, before any is read.
 struct SceneCommands {
   std::vector<std::unique_ptr<SceneObjectCommand>> objects;
-  ReferenceWind wind;  // over all
+  std::unique_ptr<SceneObjectCommand> air;  // of no object: what blows
+  Wind blowing;                             // for all that is in the air
+  ReferenceWind wind;                       // over all
   TimeAxis loop;
   double frames_per_second = 0;               // [1/s]
   bool is_clip = false, under_water = false;  // where any object is
@@ -66,10 +73,19 @@ SceneCommands commands_of(const Scene& scene, const CLI::App& line);
 // Where and when the copies of every object stand.
 std::vector<std::vector<Instance>> copies_of(const Scene& scene, const SceneCommands& commands);
 
-// The loops of every object, in their order.
+// What is not baked, but looked up in the wind (scene_things.hpp).
+struct SceneThing {
+  std::string name, kind;
+  std::size_t count = 0;  // of blades, flakes, trees, …
+  SharedLoops loops = {};
+  std::vector<std::shared_ptr<const RayShape>> shapes = {};
+};
+
+// The loops of every object, in their order, and all else.
 struct MovingScene {
   std::vector<SharedLoops> objects;
   std::size_t instance_count = 0;
+  std::vector<SceneThing> things = {};
 
   SharedLoops loops() const;
 };

@@ -74,6 +74,10 @@ FilmCamera camera_of(const Scene& scene, const SceneCommands& commands, const Mo
     }
   }
   const bool stands = scene.camera.eye || !scene.camera.path.empty();
+  if (!stands && framed.empty()) {
+    const std::string at = scene.camera.place.line > 0 ? text_of(scene.camera.place) + ": " : "";
+    throw InputError(at + "camera.eye", "none", "where the camera stands, in a scene without [[objects]]");
+  }
   std::vector<Eigen::Vector3f> points;
   if (!stands) points = points_of(framed);
   const Eigen::Vector2d size = scene.picture.size.cast<double>();

@@ -10,7 +10,7 @@ set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_script gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     travelling_field turbulent_wind_at_points waves)
 set(dynamics_headers basis branch_oscillators damping drag_in_time flapping flutter foliage free_decay gauge gauge_reading gust_average gust_response lean
-    loads motion motion_statistics oscillators principal_motion pull response shelter static_correction transfer
+    loads motion motion_statistics oscillators principal_motion pull response response_field shelter static_correction transfer
     wind_forces)
 set(deformation_headers bent_pose fit_rig loop morph_targets panel_pose pose principal_shapes rig sheet_pose)
 set(render_headers camera daylight denoise image linear_image render tone_map)

@@ -1,5 +1,7 @@
 #include "tremula/wind/point_wind.hpp"
 
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -55,18 +57,20 @@ TEST(Wind, KnowsItsSpectrumWhereItsKindHasOne) {
 }
 
 // What two plants ask of one wind: the first alone, and both.
-TEST(Wind, InADomainIsTheSameGustsForWhoeverAsks) {
+TEST(Wind, OfTheWorldIsTheSameGustsForWhoeverAsks) {
   Eigen::Matrix3Xd both = Eigen::Matrix3Xd::Random(3, 40);
   both.row(2) = 8 + 5 * both.row(2).array();
   both.topRows(2) *= 10;
   const Eigen::Matrix3Xd one = both.leftCols(15);
-  const TurbulentWind turbulent = turbulent_wind({.speed = 6, .heading = 25}, 0.2);
+  TurbulentWind turbulent = turbulent_wind({.speed = 6, .heading = 25}, 0.2);
+  turbulent.covariance_uw = -0.3;
   const TimeAxis loop{20, 200};
-  const WindDomain domain{Vec3(-12, -12, 0), Vec3(12, 12, 15)};
-  const Wind shared(turbulent, domain), alone(turbulent);
+  const Wind shared(turbulent, Realisation::of_world), alone(turbulent);
   const PointWind near = wind_at_points(shared, loop, one), all = wind_at_points(shared, loop, both);
-  for (const int bin : {1, 7, 60}) {
-    EXPECT_EQ(near.velocity(bin, 0), all.velocity(bin, 0).leftCols(15)) << bin;
+  for (const int bin : {0, 1, 7, 60}) {
+    EXPECT_LT((near.velocity(bin, 0) - all.velocity(bin, 0).leftCols(15)).norm(),
+              1e-5 * near.velocity(bin, 0).norm())
+        << bin;
     EXPECT_GT((wind_at_points(alone, loop, one).velocity(bin, 0) -
                wind_at_points(alone, loop, both).velocity(bin, 0).leftCols(15))
                   .norm(),
@@ -75,26 +79,69 @@ TEST(Wind, InADomainIsTheSameGustsForWhoeverAsks) {
   }
 }
 
-TEST(Wind, InADomainOfManyPointsIsThatOfFewToTheErrorOfItsLevels) {
+TEST(Wind, OfTheWorldAtManyPointsIsThatAtFewToTheErrorOfItsLevels) {
   // Many points share levels of height; few have their own.
   Eigen::Matrix3Xd many = Eigen::Matrix3Xd::Random(3, 900);
   many.row(2) = 8 + 5 * many.row(2).array();
-  const Wind wind(turbulent_wind({.speed = 6}, 0.2), WindDomain{Vec3(-1, -1, 1), Vec3(1, 1, 15)});
+  const Wind wind(turbulent_wind({.speed = 6}, 0.2), Realisation::of_world);
   const TimeAxis loop{20, 200};
   const Eigen::Matrix3Xcd all = wind_at_points(wind, loop, many).velocity(9, 0),
                           few = wind_at_points(wind, loop, many.leftCols(30)).velocity(9, 0);
   EXPECT_LT((all.leftCols(30) - few).norm(), 1e-3 * few.norm());
 }
 
-TEST(Wind, RefusesPointsOutsideItsDomainAndDomainsThatAreNone) {
-  const TurbulentWind turbulent = turbulent_wind({}, 0.2);
-  const auto ask = [&](const WindDomain& domain, const Vec3& point) {
-    return wind_at_points(Wind(turbulent, domain), {20, 200}, point);
+TEST(Wind, OfTheWorldHasTheSpectrumAndTheCovarianceOfTheModelAtItsHeight) {
+  Eigen::Matrix3Xd points(3, 3);
+  points << 0, 40, 7, 3, -25.3, 800, 2, 10, 30;
+  constexpr int seeds = 4000, bin = 12;
+  const TimeAxis loop{20, 400};
+  TurbulentWind turbulent = turbulent_wind({.speed = 6}, 0.2);
+  turbulent.covariance_uw = -0.4;
+  Eigen::Matrix3Xd power = Eigen::Matrix3Xd::Zero(3, 3);
+  Eigen::RowVector3d cross = Eigen::RowVector3d::Zero();
+  for (int seed = 1; seed <= seeds; ++seed) {
+    turbulent.seed = static_cast<std::uint64_t>(seed);
+    const Eigen::Matrix3Xcd v =
+        wind_at_points(Wind(turbulent, Realisation::of_world), loop, points).velocity(bin, 0);
+    power += v.cwiseAbs2() / seeds;
+    cross += (v.row(0).conjugate().cwiseProduct(v.row(2))).real() / seeds;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 wanted = spectrum_at(turbulent, points(2, k), loop.frequency(bin)) / (2 * loop.period);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(power(c, k) / wanted[c], 1, 4 / std::sqrt(seeds)) << c << k;
+    const double size = std::sqrt(wanted[0] * wanted[2]);
+    EXPECT_NEAR(cross[k] / size, coherency_uw(turbulent), 4 / std::sqrt(seeds)) << k;
+  }
+}
+
+TEST(Wind, OfTheWorldTurnsWithItsHeading) {
+  Eigen::Matrix3Xd points = Eigen::Matrix3Xd::Random(3, 10);
+  points.row(2) = 8 + 5 * points.row(2).array();
+  const Mat3 turn = Eigen::AngleAxisd(std::numbers::pi / 3, Vec3::UnitZ()).toRotationMatrix();
+  const TimeAxis loop{20, 200};
+  const auto wind = [&](double heading, const Eigen::Matrix3Xd& at) {
+    const Wind blowing(turbulent_wind({.speed = 6, .heading = heading}, 0.2), Realisation::of_world);
+    return wind_at_points(blowing, loop, at).velocity(9, 0);
   };
-  EXPECT_NO_THROW(ask({Vec3(0, 0, 0), Vec3(4, 4, 4)}, Vec3(4, 0, 1)));
-  EXPECT_THROW(ask({Vec3(0, 0, 0), Vec3(4, 4, 4)}, Vec3(4.01, 0, 1)), InputError);
-  EXPECT_THROW(ask({Vec3(0, 0, 5), Vec3(4, 4, 4)}, Vec3(1, 1, 4)), InputError);
-  EXPECT_THROW(ask({Vec3(0, NAN, 0), Vec3(4, 4, 4)}, Vec3(1, 1, 1)), InputError);
+  const Eigen::Matrix3Xcd straight = wind(0, points), turned = wind(60, turn * points);
+  EXPECT_LT((turned - turn * straight).norm(), 1e-5 * straight.norm());
+}
+
+TEST(Wind, OfTheWorldRefusesAmplitudesOfPhasesOnly) {
+  TurbulentWind turbulent = turbulent_wind({}, 0.2);
+  turbulent.amplitudes = Amplitudes::phases_only;
+  EXPECT_THROW(wind_at_points(Wind(turbulent, Realisation::of_world), {20, 200}, Vec3(0, 0, 1)), InputError);
+}
+
+TEST(Wind, MovedAcrossIsThatOfThePlaceToTheLeftOfItsHeading) {
+  const Wind wind(turbulent_wind({.speed = 6, .heading = 90}, 0.2), Realisation::of_world);
+  const TimeAxis loop{20, 200};
+  const Vec3 here(2, 1, 4), there = here - 30 * Vec3::UnitX();
+  const Wind moved = moved_across(wind, 30);
+  EXPECT_EQ(wind_at_points(moved, loop, here).velocity(7, 0),
+            wind_at_points(wind, loop, there).velocity(7, 0));
+  EXPECT_EQ(moved.statistics(here).mean, wind.statistics(there).mean);
+  EXPECT_THROW(moved_across(wind, NAN), InputError);
 }
 
 }  // namespace

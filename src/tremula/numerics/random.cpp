@@ -117,13 +117,18 @@ TREMULA_CLONES void phases_of_run(const Run& random, float* values) {
   }
 }
 
-template <typename OfRun>
-void fill(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,
-          std::complex<float>* values, OfRun of_run) {
+auto* best_philox() {
   auto* generate = &philox;
 #ifdef TREMULA_PHILOX_AVX2
   if (__builtin_cpu_supports("avx2")) generate = &philox_avx2;
 #endif
+  return generate;
+}
+
+template <typename OfRun>
+void fill(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,
+          std::complex<float>* values, OfRun of_run) {
+  auto* generate = best_philox();
   Run random;
   for (std::size_t done = 0; done < count; done += 2 * run) {
     generate(seed, static_cast<std::uint32_t>(stream), bin, done / 2, random);
@@ -158,6 +163,14 @@ std::complex<double> complex_gaussian(const RandomAddress& address) {
 void complex_gaussians(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,
                        std::complex<float>* values) {
   fill(seed, stream, bin, count, values, gaussians_of_run);
+}
+
+void complex_gaussian_block(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::uint64_t block,
+                            std::complex<float>* values) {
+  static_assert(gaussian_block == 2 * run);
+  Run random;
+  best_philox()(seed, static_cast<std::uint32_t>(stream), bin, block * run, random);
+  gaussians_of_run(random, reinterpret_cast<float*>(values));
 }
 
 void unit_phases(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,

@@ -21,6 +21,9 @@ enum class RandomStream : std::uint32_t {
   modal_loads = 7,
   waves = 8,
   placing = 9,
+  lattice_u = 20,
+  lattice_v = 21,
+  lattice_w = 22,
   test = 1000,
 };
 
@@ -50,6 +53,11 @@ std::complex<double> complex_gaussian(const RandomAddress& address);
 // lies beyond.
 void complex_gaussians(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,
                        std::complex<float>* values);
+
+// Those of one block alone: places 128 block … 128 block + 127. block below 2^58.
+inline constexpr std::size_t gaussian_block = 128;
+void complex_gaussian_block(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::uint64_t block,
+                            std::complex<float>* values);
 
 // The phases of those numbers without their magnitudes: |w| = 1, to a few roundings.
 void unit_phases(std::uint64_t seed, RandomStream stream, std::uint32_t bin, std::size_t count,

@@ -75,7 +75,75 @@ struct SceneObject {
   std::optional<Eigen::Vector3f> bark_color = {}, leaf_color = {},
                                  color = {};  // sRGB, 0–1; the last of a sheet
   int headings = 8;  // a turned copy bows downwind in a motion of its own heading, the nearest of so many
+  // Up to so many copies each move in the gusts of their own place; more share those of the origin, each at
+  // its own time.
+  int own_gusts = 12;
   Crowd crowd = {};
+  FilePlace place = {};
+};
+
+// ---- What is looked up in the wind of the scene, rather than baked
+
+// Blades, which stand in an area.
+struct SceneGrass {
+  std::string name;                // "grass" where the file gives none; a number behind it for more
+  std::string species = "meadow";  // lawn, meadow, wheat, rice, reed
+  Eigen::Vector2d low = {-10, -10}, high = {10, 10};  // of the field, along x and y [m]
+  std::vector<Polygon> inside, outside;               // in one of the first, and in none of the others
+  std::optional<double> density = {};                 // [1/m^2]; that of the species
+  std::optional<double> height = {};                  // of blades on the average [m]; that of the species
+  std::optional<Eigen::Vector3f> color = {};          // sRGB, 0–1; that of the species
+  std::uint64_t seed = 1;
+  FilePlace place = {};
+};
+
+// What the wind carries off.
+struct SceneDrift {
+  std::string name;
+  std::string kind = "snow";                      // snow, rain, leaves, seeds
+  Vec3 low = {-15, -15, 0}, high = {15, 15, 12};  // the box it is seen in [m]
+  std::optional<double> density = {};             // [1/m^3]; that of the kind
+  std::optional<double> fall_speed = {};          // in still air [m/s]; that of the kind
+  std::optional<double> size = {};                // [m]; that of the kind
+  std::optional<Eigen::Vector3f> color = {};      // sRGB, 0–1; that of the kind
+  double lie_time = 0;                            // how long it lies on the ground [s]
+  std::uint64_t seed = 1;
+  FilePlace place = {};
+};
+
+// Trees as Gardner paints them: a trunk, and quadrics with a texture for a crown.
+struct SceneImpression {
+  std::string name;
+  std::string shape = "round";                                      // round, oak, poplar, pine, bush
+  double height = 10;                                               // [m]
+  std::optional<double> width = {};                                 // of the crown [m]; that of the shape
+  std::optional<double> frequency = {};                             // of its trunk [Hz]; from its height
+  std::optional<Eigen::Vector3f> leaf_color = {}, bark_color = {};  // sRGB, 0–1
+  Crowd crowd = {};
+  std::uint64_t seed = 1;
+  FilePlace place = {};
+};
+
+// Plants as a 3-D texture that is repeated over an area.
+struct SceneVolume {
+  std::string name;
+  std::string species = "rice";                       // rice, moss, fur
+  Eigen::Vector2d low = {-10, -10}, high = {10, 10};  // of the field, along x and y [m]
+  std::vector<Polygon> inside, outside;
+  std::optional<double> height = {};          // [m]; that of the species
+  std::optional<double> texel_size = {};      // [m]; that of the species
+  std::optional<Eigen::Vector3f> color = {};  // sRGB, 0–1; that of the species
+  std::uint64_t seed = 1;
+  FilePlace place = {};
+};
+
+// The wind itself, to be seen.
+struct SceneGusts {
+  Eigen::Vector2d low = {-20, -20}, high = {20, 20};  // where, along x and y [m]
+  double height = 1.5;                                // above the ground [m]
+  double spacing = 2;                                 // of the arrows [m]
+  double scale = 0.2;                                 // length of an arrow for 1 m/s [s]
+  bool arrows = true, tint = false;                   // arrows; colours on the ground
   FilePlace place = {};
 };
 
@@ -145,6 +213,11 @@ struct Scene {
   SceneCamera camera;
   ScenePicture picture;
   std::vector<SceneObject> objects;
+  std::vector<SceneGrass> grass;
+  std::vector<SceneDrift> drift;
+  std::vector<SceneImpression> impressions;
+  std::vector<SceneVolume> volumes;
+  std::optional<SceneGusts> gusts;
 };
 
 // All that an object is put in motion with: wind and motion of the scene, in their order, then its own in

@@ -500,36 +500,53 @@ void read_rules(Reader& reader, const toml::table& object, const char* name, con
   }
 }
 
-Crowd crowd_of(Reader& reader, const toml::table& object) {
-  const SceneKeys& keys = scene_keys();
+// A table of rules as it is called under `owner`.
+template <class Rule>
+SceneTable<Rule> under(std::string_view header, std::string_view path, SceneTable<Rule> keys) {
+  keys.header = header;
+  keys.path = path;
+  return keys;
+}
+
+// `owner`: "objects" or "impressions".
+Crowd crowd_of(Reader& reader, const toml::table& object, const std::string& owner) {
+  const SceneKeys& all = scene_keys();
+  const std::string paths[] = {owner + ".instances", owner + ".grid", owner + ".scatter"};
+  const std::string headers[] = {"[[" + paths[0] + "]]", "[[" + paths[1] + "]]", "[[" + paths[2] + "]]"};
+  struct {
+    SceneTable<Instance> instance;
+    SceneTable<Grid> grid;
+    SceneTable<Scatter> scatter;
+  } keys{under(headers[0], paths[0], all.instance), under(headers[1], paths[1], all.grid),
+         under(headers[2], paths[2], all.scatter)};
   Crowd crowd;
-  read_keys(reader, object, keys.crowd, crowd);
+  read_keys(reader, object, under("", owner, all.crowd), crowd);
   Instance on_ground;
   on_ground.position.z() = reader.ground_height;
   read_rules(reader, object, "instances", keys.instance, static_cast<std::size_t>(most_instances), on_ground,
              [&](const Instance& instance, const toml::table& table) {
-               count_rule(reader, table, "objects.instances", {.instances = {instance}});
+               count_rule(reader, table, paths[0], {.instances = {instance}});
                crowd.instances.push_back(instance);
              });
   Grid grid_on_ground;
   grid_on_ground.centre.z() = reader.ground_height;
   read_rules(reader, object, "grid", keys.grid, most_rules, grid_on_ground,
              [&](const Grid& grid, const toml::table& table) {
-               count_rule(reader, table, "objects.grid", {.grids = {grid}});
-               check_variation(reader, table, "objects.grid", grid);
+               count_rule(reader, table, paths[1], {.grids = {grid}});
+               check_variation(reader, table, paths[1], grid);
                crowd.grids.push_back(grid);
              });
   Scatter scatter_on_ground;
   scatter_on_ground.height = reader.ground_height;
   read_rules(reader, object, "scatter", keys.scatter, most_rules, scatter_on_ground,
              [&](const Scatter& scatter, const toml::table& table) {
-               check_variation(reader, table, "objects.scatter", scatter);
-               check_scatter_at(reader, table, "objects.scatter", scatter);
-               count_rule(reader, table, "objects.scatter", {.scatters = {scatter}});
+               check_variation(reader, table, paths[2], scatter);
+               check_scatter_at(reader, table, paths[2], scatter);
+               count_rule(reader, table, paths[2], {.scatters = {scatter}});
                crowd.scatters.push_back(scatter);
              });
   if (crowd.instances.empty() && crowd.grids.empty() && crowd.scatters.empty())
-    count_rule(reader, object, "objects", crowd);
+    count_rule(reader, object, owner, crowd);
   return crowd;
 }
 
@@ -560,13 +577,13 @@ SceneObject object_of(Reader& reader, const toml::node& node) {
   const std::string source = object.source;
   object.source = source_of(reader, *table.get("source"), source);
   if (object.name.empty()) object.name = std::filesystem::path(source).stem().string();
-  object.crowd = crowd_of(reader, table);
+  object.crowd = crowd_of(reader, table, "objects");
   return object;
 }
 
 std::vector<SceneObject> objects_of(Reader& reader, const toml::table& file) {
   const toml::node* node = file.get("objects");
-  if (node == nullptr) reader.fail(file, "objects", "none", "one or more [[objects]]");
+  if (node == nullptr) return {};
   if (!node->is_array()) reader.fail(*node, "objects", found_in(*node), "[[objects]]");
   const toml::array& entries = *node->as_array();
   if (entries.empty() || entries.size() > most_objects)
@@ -587,6 +604,100 @@ std::vector<SceneObject> objects_of(Reader& reader, const toml::table& file) {
   return objects;
 }
 
+// ---- What is looked up in the wind of the scene
+
+// Things without a name have that of their kind, and a number behind it where there are more.
+class ThingNames {
+ public:
+  explicit ThingNames(const std::vector<SceneObject>& objects) {
+    for (const SceneObject& object : objects) known_.insert(object.name);
+  }
+  template <class Thing>
+  void settle(const Reader& reader, const toml::table& table, const std::string& path,
+              const std::string& kind, Thing& thing) {
+    const toml::node* given = table.get("name");
+    if (given != nullptr && known_.contains(thing.name))
+      reader.fail(*given, path + ".name", "'" + shown(thing.name) + "' again", "another name");
+    if (given == nullptr) {
+      thing.name = kind;
+      for (int again = 2; known_.contains(thing.name); ++again)
+        thing.name = kind + "-" + std::to_string(again);
+    }
+    known_.insert(thing.name);
+  }
+
+ private:
+  std::set<std::string> known_;
+};
+
+template <class Thing>
+void check_field(const Reader& reader, const toml::table& table, const std::string& path,
+                 const Thing& thing) {
+  if (!((thing.high - thing.low).minCoeff() > 0))
+    reader.fail(*table.get("high"), path + ".high", "not above low", "larger than low in every direction");
+  if constexpr (requires { thing.inside; }) {
+    Scatter masks;  // has the same masks, which are checked with it
+    masks.low = thing.low;
+    masks.high = thing.high;
+    masks.inside = thing.inside;
+    masks.outside = thing.outside;
+    check_scatter_at(reader, table, path, masks);
+  }
+}
+
+// `kind_of_thing`: what it is called where it has no name.
+template <class Thing, class Kind>
+std::vector<Thing> things_of(Reader& reader, const toml::table& file, const SceneTable<Thing>& keys,
+                             ThingNames& names, const Kind& kind_of_thing) {
+  std::vector<Thing> things;
+  const std::string path(keys.path);
+  const toml::node* node = file.get(path);
+  if (node == nullptr) return things;
+  if (!node->is_array()) reader.fail(*node, path, found_in(*node), std::string(keys.header));
+  const toml::array& entries = *node->as_array();
+  if (entries.empty() || entries.size() > most_objects)
+    reader.fail(*node, path, std::to_string(entries.size()), "1 to " + std::to_string(most_objects));
+  constexpr bool has_crowd = requires(Thing thing) { thing.crowd; };
+  for (const toml::node& entry : entries) {
+    Thing thing;
+    const toml::table& table = table_of(reader, entry, keys.path, keys.header);
+    std::vector<std::string> known = names_of(keys);
+    if constexpr (has_crowd) {
+      for (const std::string& name : names_of(scene_keys().crowd)) known.push_back(name);
+      for (const char* name : {"instances", "grid", "scatter"}) known.emplace_back(name);
+    }
+    check_names(reader, table, keys.header, keys.path, known);
+    read_keys(reader, table, keys, thing);
+    thing.place = reader.place_of(table.source());
+    if constexpr (has_crowd) {
+      thing.crowd = crowd_of(reader, table, path);
+    } else {
+      check_field(reader, table, path, thing);
+    }
+    names.settle(reader, table, path, kind_of_thing(thing), thing);
+    things.push_back(std::move(thing));
+  }
+  return things;
+}
+
+void read_things(Reader& reader, const toml::table& file, Scene& scene) {
+  const SceneKeys& keys = scene_keys();
+  ThingNames names(scene.objects);
+  scene.grass = things_of(reader, file, keys.grass, names, [](const SceneGrass& one) { return one.species; });
+  scene.drift = things_of(reader, file, keys.drift, names, [](const SceneDrift& one) { return one.kind; });
+  scene.impressions =
+      things_of(reader, file, keys.impression, names, [](const SceneImpression& one) { return one.shape; });
+  scene.volumes =
+      things_of(reader, file, keys.volume, names, [](const SceneVolume& one) { return one.species; });
+  if (const toml::node* node = file.get("gusts")) {
+    SceneGusts gusts;
+    read_table(reader, *node, keys.gusts, gusts);
+    gusts.place = reader.place_of(node->source());
+    check_field(reader, *node->as_table(), "gusts", gusts);
+    scene.gusts = gusts;
+  }
+}
+
 void check_framed(const Reader& reader, const toml::table& file, const Scene& scene) {
   if (scene.camera.frame.empty()) return;
   std::vector<std::string> names;
@@ -604,7 +715,8 @@ Scene read_text(const std::string& text_of_file, const std::string& name, const 
   Reader reader{{name}, known};
   const SceneKeys& keys = scene_keys();
   std::vector<std::string> names = names_of(keys.scene);
-  for (const char* table : {"wind", "motion", "ground", "sky", "medium", "camera", "picture", "objects"})
+  for (const char* table : {"wind", "motion", "ground", "sky", "medium", "camera", "picture", "objects",
+                            "grass", "drift", "impressions", "volumes", "gusts"})
     names.emplace_back(table);
   check_names(reader, file, "a scene", "", names);
 
@@ -629,6 +741,12 @@ Scene read_text(const std::string& text_of_file, const std::string& name, const 
   with("camera", [&](const toml::node& node) { scene.camera = camera_of(reader, scene.ground, node); });
   with("picture", [&](const toml::node& node) { read_table(reader, node, keys.picture, scene.picture); });
   scene.objects = objects_of(reader, file);
+  read_things(reader, file, scene);
+  if (scene.objects.empty() && scene.grass.empty() && scene.drift.empty() && scene.impressions.empty() &&
+      scene.volumes.empty() && !scene.gusts) {
+    reader.fail(file, "objects", "none",
+                "one or more [[objects]], [[grass]], [[drift]], [[impressions]] or [[volumes]]");
+  }
   check_framed(reader, file, scene);
   return scene;
 }
@@ -637,7 +755,9 @@ Scene read_text(const std::string& text_of_file, const std::string& name, const 
 
 bool is_scene_file(const std::string& text) {
   try {
-    return parse_toml(text, "").contains("objects");
+    const toml::table file = parse_toml(text, "");
+    constexpr const char* tables[] = {"objects", "grass", "drift", "impressions", "volumes", "gusts"};
+    return std::ranges::any_of(tables, [&](const char* table) { return file.contains(table); });
   } catch (const InputError&) {
     return false;  // whoever reads it says why
   }

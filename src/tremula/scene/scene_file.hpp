@@ -31,7 +31,7 @@ struct SceneVocabulary {
   std::vector<std::string> presets;  // sources that are no files
 };
 
-// Whether the text of a .toml file is a scene: it has objects.
+// Whether the text of a .toml file is a scene: it has objects, or other things that a scene shows.
 bool is_scene_file(const std::string& text);
 
 // Throws InputError that names the file, the line and the column for what is no scene: other keys, with the

@@ -39,6 +39,229 @@ void add_variation(std::vector<SceneKey<Owner>>& keys) {
                   .meaning = "Of all that is drawn; another seed, other places"});
 }
 
+template <class Owner>
+void add_field(std::vector<SceneKey<Owner>>& keys) {
+  keys.push_back({.name = "low",
+                  .target = &Owner::low,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .needed = true,
+                  .meaning = "The smallest x and y of the field"});
+  keys.push_back({.name = "high",
+                  .target = &Owner::high,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .needed = true,
+                  .meaning = "The largest x and y of the field"});
+}
+
+template <class Owner>
+void add_masks(std::vector<SceneKey<Owner>>& keys) {
+  keys.push_back({.name = "inside",
+                  .target = &Owner::inside,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .otherwise = "all of the field",
+                  .meaning = "A polygon or a list of them, in one of which it grows"});
+  keys.push_back({.name = "outside",
+                  .target = &Owner::outside,
+                  .unit = "m",
+                  .least = -far,
+                  .most = far,
+                  .otherwise = "none",
+                  .meaning = "A polygon or a list of them, in none of which it grows"});
+}
+
+template <class Owner>
+SceneKey<Owner> name_key(std::string_view otherwise) {
+  return {
+      .name = "name", .target = &Owner::name, .otherwise = otherwise, .meaning = "For messages and reports"};
+}
+
+template <class Owner>
+SceneKey<Owner> color_key(std::string_view name, std::optional<Eigen::Vector3f> Owner::*target) {
+  return {.name = name,
+          .target = target,
+          .least = 0,
+          .most = 1,
+          .otherwise = "its own",
+          .meaning = "Red, green and blue as a screen shows them (sRGB)"};
+}
+
+// What is looked up in the wind of the scene.
+void add_things(SceneKeys& all) {
+  all.grass = {"[[grass]]",
+               "grass",
+               "Blades that stand in an area, each in the wind of its place.",
+               {name_key<SceneGrass>("\"grass\""),
+                {.name = "species",
+                 .target = &SceneGrass::species,
+                 .choices = {"lawn", "meadow", "wheat", "rice", "reed"},
+                 .meaning = "What grows there"}}};
+  add_field(all.grass.keys);
+  add_masks(all.grass.keys);
+  all.grass.keys.push_back({.name = "density",
+                            .target = &SceneGrass::density,
+                            .unit = "1/m^2",
+                            .least = above_zero,
+                            .most = 1e6,
+                            .otherwise = "that of the species",
+                            .meaning = "Blades or stems"});
+  all.grass.keys.push_back({.name = "height",
+                            .target = &SceneGrass::height,
+                            .unit = "m",
+                            .least = 1e-3,
+                            .most = 20,
+                            .otherwise = "that of the species",
+                            .meaning = "Of blades on the average"});
+  all.grass.keys.push_back(color_key("color", &SceneGrass::color));
+  all.grass.keys.push_back(
+      {.name = "seed", .target = &SceneGrass::seed, .meaning = "Another seed, other blades"});
+
+  all.drift = {"[[drift]]",
+               "drift",
+               "What the wind carries: snow, rain, leaves, seeds.",
+               {name_key<SceneDrift>("that of its kind"),
+                {.name = "kind",
+                 .target = &SceneDrift::kind,
+                 .choices = {"snow", "rain", "leaves", "seeds"},
+                 .meaning = "What drifts"},
+                {.name = "low",
+                 .target = &SceneDrift::low,
+                 .unit = "m",
+                 .least = -far,
+                 .most = far,
+                 .needed = true,
+                 .meaning = "The smallest x, y and z of the box that it is seen in"},
+                {.name = "high",
+                 .target = &SceneDrift::high,
+                 .unit = "m",
+                 .least = -far,
+                 .most = far,
+                 .needed = true,
+                 .meaning = "The largest"},
+                {.name = "density",
+                 .target = &SceneDrift::density,
+                 .unit = "1/m^3",
+                 .least = above_zero,
+                 .most = 1e6,
+                 .otherwise = "that of its kind",
+                 .meaning = "How many there are"},
+                {.name = "fall_speed",
+                 .target = &SceneDrift::fall_speed,
+                 .unit = "m/s",
+                 .least = 1e-3,
+                 .most = 60,
+                 .otherwise = "that of its kind",
+                 .meaning = "In still air"},
+                {.name = "size",
+                 .target = &SceneDrift::size,
+                 .unit = "m",
+                 .least = 1e-5,
+                 .most = 1,
+                 .otherwise = "that of its kind",
+                 .meaning = "From end to end"},
+                color_key("color", &SceneDrift::color),
+                {.name = "lie_time",
+                 .target = &SceneDrift::lie_time,
+                 .unit = "s",
+                 .least = 0,
+                 .most = longest,
+                 .meaning = "How long it lies on the ground before it is gone"},
+                {.name = "seed", .target = &SceneDrift::seed, .meaning = "Another seed, other places"}}};
+
+  all.impression = {
+      "[[impressions]]",
+      "impressions",
+      "Trees as an impressionist paints them: a trunk, and a crown of quadrics with a texture, for far "
+      "forests. Copies stand as those of objects do: `[[impressions.instances]]`, `[[impressions.grid]]`, "
+      "`[[impressions.scatter]]`.",
+      {name_key<SceneImpression>("that of its shape"),
+       {.name = "shape",
+        .target = &SceneImpression::shape,
+        .choices = {"round", "oak", "poplar", "pine", "bush"},
+        .meaning = "Of the crown"},
+       {.name = "height",
+        .target = &SceneImpression::height,
+        .unit = "m",
+        .least = 0.01,
+        .most = 200,
+        .meaning = "Of the tree"},
+       {.name = "width",
+        .target = &SceneImpression::width,
+        .unit = "m",
+        .least = 0.01,
+        .most = 200,
+        .otherwise = "that of its shape",
+        .meaning = "Of the crown"},
+       {.name = "frequency",
+        .target = &SceneImpression::frequency,
+        .unit = "Hz",
+        .least = 1e-3,
+        .most = 100,
+        .otherwise = "from its height",
+        .meaning = "With which its trunk sways"},
+       color_key("leaf_color", &SceneImpression::leaf_color),
+       color_key("bark_color", &SceneImpression::bark_color),
+       {.name = "seed", .target = &SceneImpression::seed, .meaning = "Another seed, other crowns"}}};
+
+  all.volume = {"[[volumes]]",
+                "volumes",
+                "Plants as a three-dimensional texture, which is repeated over an area.",
+                {name_key<SceneVolume>("that of the species"),
+                 {.name = "species",
+                  .target = &SceneVolume::species,
+                  .choices = {"rice", "moss", "fur"},
+                  .meaning = "What grows there"}}};
+  add_field(all.volume.keys);
+  add_masks(all.volume.keys);
+  all.volume.keys.push_back({.name = "height",
+                             .target = &SceneVolume::height,
+                             .unit = "m",
+                             .least = 1e-3,
+                             .most = 10,
+                             .otherwise = "that of the species",
+                             .meaning = "From the ground to the top"});
+  all.volume.keys.push_back({.name = "texel_size",
+                             .target = &SceneVolume::texel_size,
+                             .unit = "m",
+                             .least = 1e-5,
+                             .most = 1,
+                             .otherwise = "that of the species",
+                             .meaning = "Edge of a cell of the texture"});
+  all.volume.keys.push_back(color_key("color", &SceneVolume::color));
+  all.volume.keys.push_back(
+      {.name = "seed", .target = &SceneVolume::seed, .meaning = "Another seed, other plants"});
+
+  all.gusts = {"[gusts]", "gusts", "The wind itself, to be seen.", {}};
+  add_field(all.gusts.keys);
+  all.gusts.keys.insert(
+      all.gusts.keys.end(),
+      {{.name = "height",
+        .target = &SceneGusts::height,
+        .unit = "m",
+        .least = 0.01,
+        .most = 1000,
+        .meaning = "Above the ground"},
+       {.name = "spacing",
+        .target = &SceneGusts::spacing,
+        .unit = "m",
+        .least = 0.01,
+        .most = 1000,
+        .meaning = "From arrow to arrow"},
+       {.name = "scale",
+        .target = &SceneGusts::scale,
+        .unit = "s",
+        .least = 1e-4,
+        .most = 1000,
+        .meaning = "Length of an arrow for 1 m/s"},
+       {.name = "arrows", .target = &SceneGusts::arrows, .meaning = "Show arrows"},
+       {.name = "tint", .target = &SceneGusts::tint, .meaning = "Colour the ground by the speed"}});
+}
+
 SceneKeys all_keys() {
   SceneKeys all;
   all.scene = {
@@ -292,7 +515,13 @@ SceneKeys all_keys() {
         .target = &SceneObject::headings,
         .least = 1,
         .most = 64,
-        .meaning = "Turned copies bow downwind in motions made for so many headings, the nearest for each"}}};
+        .meaning = "Turned copies bow downwind in motions made for so many headings, the nearest for each"},
+       {.name = "own_gusts",
+        .target = &SceneObject::own_gusts,
+        .least = 0,
+        .most = 1000,
+        .meaning = "Up to so many copies each move in the gusts of their own place; more share those of one "
+                   "place, each at its own time"}}};
   all.crowd = {"",
                "objects",
                "",
@@ -408,6 +637,7 @@ SceneKeys all_keys() {
         .most = far,
         .meaning = "Polygons without copies"}}};
   add_variation(all.scatter.keys);
+  add_things(all);
   return all;
 }
 
@@ -573,6 +803,11 @@ template std::string wanted_of(const SceneKey<Crowd>&);
 template std::string wanted_of(const SceneKey<Instance>&);
 template std::string wanted_of(const SceneKey<Grid>&);
 template std::string wanted_of(const SceneKey<Scatter>&);
+template std::string wanted_of(const SceneKey<SceneGrass>&);
+template std::string wanted_of(const SceneKey<SceneDrift>&);
+template std::string wanted_of(const SceneKey<SceneImpression>&);
+template std::string wanted_of(const SceneKey<SceneVolume>&);
+template std::string wanted_of(const SceneKey<SceneGusts>&);
 
 std::string scene_reference(std::span<const KnownSetting> settings) {
   const SceneKeys& keys = scene_keys();
@@ -593,6 +828,12 @@ std::string scene_reference(std::span<const KnownSetting> settings) {
   add(keys.instance);
   add(keys.grid);
   add(keys.scatter);
+  add(keys.grass);
+  add(keys.drift);
+  add(keys.impression);
+  add_rows(keys.crowd, text);
+  add(keys.volume);
+  add(keys.gusts);
   if (settings.empty()) return text;
   add_settings(settings, SettingScope::wind, "`[wind]`", text);
   add_settings(settings, SettingScope::film, "`[motion]`", text);

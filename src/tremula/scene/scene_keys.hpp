@@ -75,6 +75,11 @@ struct SceneKeys {
   SceneTable<Instance> instance;
   SceneTable<Grid> grid;
   SceneTable<Scatter> scatter;
+  SceneTable<SceneGrass> grass;
+  SceneTable<SceneDrift> drift;
+  SceneTable<SceneImpression> impression;  // and all that a crowd has
+  SceneTable<SceneVolume> volume;
+  SceneTable<SceneGusts> gusts;
 };
 const SceneKeys& scene_keys();
 

@@ -35,10 +35,10 @@ std::function<Eigen::Matrix3Xcd(int, int)> draws_of(const std::shared_ptr<const 
   return [wind](int bin, int draw) { return wind->velocity(bin, draw); };
 }
 
-PointWind at_points(const TurbulentWind& wind, const std::optional<WindDomain>& domain, const TimeAxis& loop,
+PointWind at_points(const TurbulentWind& wind, Realisation realisation, const TimeAxis& loop,
                     const Eigen::Matrix3Xd& points) {
-  const auto drawn = std::make_shared<const TurbulentWindAtPoints>(wind, loop, points,
-                                                                   WindAtPointsOptions{.domain = domain});
+  const auto drawn = std::make_shared<const TurbulentWindAtPoints>(
+      wind, loop, points, WindAtPointsOptions{.realisation = realisation});
   PointWind result{.mean = mean_velocity(wind.mean, points), .velocity = draws_of(drawn), .is_checked = true};
   const double height = middle_height(points), speed = mean_speed(wind.mean, height);
   if (speed > 0) {
@@ -145,10 +145,10 @@ void check_own(const ReferenceWind& reference, PointWind& wind, Eigen::Index cou
 
 }  // namespace
 
-Wind::Wind(const TurbulentWind& wind, const std::optional<WindDomain>& domain)
+Wind::Wind(const TurbulentWind& wind, Realisation realisation)
     : reference(reference_of(wind)),
-      at_points([wind, domain](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
-        return tremula::at_points(wind, domain, loop, points);
+      at_points([wind, realisation](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
+        return tremula::at_points(wind, realisation, loop, points);
       }) {
   const Vec3 variance = spectrum_variance(wind.spectrum);
   statistics = [mean = wind.mean, variance, covariance = wind.covariance_uw](const Vec3& place) {
@@ -180,6 +180,24 @@ Wind::Wind(const GivenWind& wind)
     : reference(reference_of(wind)), at_points([wind](const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
         return tremula::at_points(wind, loop, points);
       }) {}
+
+Wind moved_across(Wind wind, double across) {
+  if (!std::isfinite(across))
+    throw InputError("place across the wind", number_text(across), "a length in metres");
+  if (across == 0) return wind;
+  const double heading = wind.reference.heading * std::numbers::pi / 180;
+  const Vec3 offset(-across * std::sin(heading), across * std::cos(heading), 0);
+  if (wind.statistics) {
+    wind.statistics = [there = std::move(wind.statistics), offset](const Vec3& place) {
+      return there(place + offset);
+    };
+  }
+  wind.at_points = [there = std::move(wind.at_points), offset](const TimeAxis& loop,
+                                                               const Eigen::Matrix3Xd& points) {
+    return there(loop, points.colwise() + offset);
+  };
+  return wind;
+}
 
 PointWind wind_at_points(const Wind& wind, const TimeAxis& loop, const Eigen::Matrix3Xd& points) {
   check_at_least("points in the wind", points.cols(), 1);

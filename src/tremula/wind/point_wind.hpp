@@ -58,12 +58,15 @@ struct Wind {
 
   Wind() = default;
   // Throw InputError for a wind that cannot be. The speed of a given field is its Taylor speed, its intensity
-  // that of the row nearest to its reference height. Who asks for points in one domain is in the same gusts;
-  // Stam's wind and fields have one realisation for all points anyway.
-  Wind(const TurbulentWind& wind, const std::optional<WindDomain>& domain = {});
+  // that of the row nearest to its reference height. Who asks for points of the world is in the same gusts as
+  // all others; Stam's wind and fields have one realisation for all points anyway.
+  Wind(const TurbulentWind& wind, Realisation realisation = Realisation::of_points);
   Wind(const StamWind& wind);
   Wind(const GivenWind& wind);
 };
+
+// The same wind for what stands `across` [m] to the left of its heading, and counts its points from there.
+Wind moved_across(Wind wind, double across);
 
 // points (3 x P) [m], z above the ground. Throws InputError for a wind without at_points or that cannot be
 // at these points, and for what it returns: sizes, and a mean, at once; coefficients and powers that are not

@@ -99,7 +99,7 @@ Eigen::Vector3f local_value_at(const TravellingField& field, const Vec3& place, 
   const double x = place.dot(along), y = place.y() * along.x() - place.x() * along.y();
   const Between t = between_samples(field.speed > 0 ? time - x / field.speed : time, field.loop);
   const Between c = between((y - field.plane.first_column) / field.plane.spacing, field.plane.columns);
-  const Between z = between_layers(field.plane.heights, place.z());
+  const Between z = between_layers(field.plane.heights, place.z() - field.ground);
   const auto at = [&](int layer, int sample, int column) {
     return Eigen::Vector3f::Map(field.values[field.index(layer, sample, column)].data());
   };
@@ -113,10 +113,10 @@ Eigen::Vector3f local_value_at(const TravellingField& field, const Vec3& place, 
   return (1 - z.share) * layer(z.low) + z.share * layer(z.high);
 }
 
-Vec3 mean_at(const TravellingField& field, double height) {
-  const Between z = between_layers(field.plane.heights, height);
-  const auto share = static_cast<double>(z.share);
-  return (1 - share) * field.mean[index_of(z.low)] + share * field.mean[index_of(z.high)];
+Vec3 mean_at(const TravellingField& field, double z) {
+  const Between layer = between_layers(field.plane.heights, z - field.ground);
+  const auto share = static_cast<double>(layer.share);
+  return (1 - share) * field.mean[index_of(layer.low)] + share * field.mean[index_of(layer.high)];
 }
 
 Vec3 value_at(const TravellingField& field, const Vec3& place, double time) {

@@ -33,6 +33,7 @@ struct TravellingField {
   double heading = 0;  // where it travels to, from x towards y [degrees]
   double speed = 0;    // U [m/s]; 0: it stays where it is, the same along the heading
   FieldPlane plane;
+  double ground = 0;       // height of the ground, from which layers count [m]
   std::vector<Vec3> mean;  // of the layers, world axes
   // What is about the mean, along, across and up (the fourth is 0): (layers x samples x columns), columns
   // side by side.
@@ -46,13 +47,13 @@ struct TravellingField {
   }
 };
 
-// What is about the mean at a place [m], height above the ground, and a time [s]: along, across, up. Linear
+// What is about the mean at a place [m] and a time [s]: along, across, up. Linear
 // between samples, columns and layers; beyond the columns and layers the last count. The same bits at t and
 // t + T.
 Eigen::Vector3f local_value_at(const TravellingField& field, const Vec3& place, double time);
 // In world axes, and with the mean.
 Vec3 value_at(const TravellingField& field, const Vec3& place, double time);
-Vec3 mean_at(const TravellingField& field, double height);
+Vec3 mean_at(const TravellingField& field, double z);
 
 // The gusts of a wind [m/s] on a plane: bin 0, what is slower than the loop, is in them as structures feel
 // it. Throws InputError for a plane that is none (no columns, heights that do not rise, numbers that are not

@@ -4,6 +4,7 @@
 #include "tremula/base/number_text.hpp"
 #include "tremula/numerics/vector_math.hpp"
 #include "tremula/wind/coherent_plane.hpp"
+#include "tremula/wind/gust_lattice.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,6 +20,8 @@ namespace tremula {
 namespace {
 
 constexpr RandomStream streams[3] = {RandomStream::wind_u, RandomStream::wind_v, RandomStream::wind_w};
+constexpr RandomStream lattice_streams[3] = {RandomStream::lattice_u, RandomStream::lattice_v,
+                                             RandomStream::lattice_w};
 
 // Part of the root-coherence that may come from the far side of the plane.
 constexpr double padding_tolerance = 0.02;
@@ -49,7 +52,8 @@ struct Work {
   CoherentPlaneWork plane;
   FftArray<float> nodes;
   std::vector<float> levels;
-  std::array<std::vector<std::complex<float>>, 3> noise;  // of points without coherence
+  std::array<std::vector<std::complex<float>>, 3> noise;  // of points that are no part of a plane
+  LatticeWork lattice;
   std::vector<std::complex<float>> cell_noise;
 };
 
@@ -116,28 +120,6 @@ TREMULA_CLONES void phases_along(int count, float turns_per_metre, const float* 
   }
 }
 
-Eigen::Matrix3Xd corners_of(const WindDomain& domain) {
-  Eigen::Matrix3Xd corners(3, 8);
-  for (int i = 0; i < 8; ++i) {
-    corners.col(i) << ((i & 1) != 0 ? domain.high : domain.low).x(),
-        ((i & 2) != 0 ? domain.high : domain.low).y(), ((i & 4) != 0 ? domain.high : domain.low).z();
-  }
-  return corners;
-}
-
-void check_inside(const Eigen::Matrix3Xd& points, const WindDomain& domain) {
-  if (!domain.low.allFinite() || !domain.high.allFinite() || (domain.high - domain.low).minCoeff() < 0)
-    throw InputError("domain of the wind", "corners that span no box", "the low one and the high one");
-  for (Eigen::Index k = 0; k < points.cols(); ++k) {
-    if ((points.col(k) - domain.low).minCoeff() < 0 || (domain.high - points.col(k)).minCoeff() < 0) {
-      throw InputError("point " + std::to_string(k) + " in the wind",
-                       "at " + number_text(points(0, k)) + ", " + number_text(points(1, k)) + ", " +
-                           number_text(points(2, k)) + " m",
-                       "a point inside the domain");
-    }
-  }
-}
-
 double largest_of(const std::vector<float>& values) {
   return values.empty() ? 0 : static_cast<double>(*std::max_element(values.begin(), values.end()));
 }
@@ -148,8 +130,11 @@ struct TurbulentWindAtPoints::State {
   TurbulentWind wind;
   TimeAxis axis;
   Eigen::Index count;
-  double width, height;                       // of the box around the points, across the wind and up [m]
-  std::vector<float> along, across, up;       // from the corner of the box around the points [m]
+  double width, height;                  // of the box around the points, across the wind and up [m]
+  std::vector<float> along, across, up;  // from the corner of the box around the points [m]
+  bool blows = false, of_world = false;
+  // Of the world: from its origin [m].
+  std::vector<double> world_across, world_up;
   std::vector<std::array<float, 2>> heading;  // of the mean wind at the points: cosine and sine
   double coherency_uw;
   std::vector<std::int32_t> level;
@@ -160,8 +145,9 @@ struct TurbulentWindAtPoints::State {
   mutable tbb::enumerable_thread_specific<Work> works;
 
   BinPlane choose_plane(int bin, const WindAtPointsOptions& options, int largest);
-  void set_levels(const Eigen::Matrix3Xd& points, const Eigen::RowVectorXd& box_heights);
+  void set_levels(const Eigen::Matrix3Xd& points);
   void draw_nodes(int bin, int draw, Work& work) const;
+  void draw_of_world(int bin, int draw, Work& work) const;
 };
 
 BinPlane TurbulentWindAtPoints::State::choose_plane(int bin, const WindAtPointsOptions& options,
@@ -205,8 +191,7 @@ BinPlane TurbulentWindAtPoints::State::choose_plane(int bin, const WindAtPointsO
   }
 }
 
-void TurbulentWindAtPoints::State::set_levels(const Eigen::Matrix3Xd& points,
-                                              const Eigen::RowVectorXd& box_heights) {
+void TurbulentWindAtPoints::State::set_levels(const Eigen::Matrix3Xd& points) {
   level.resize(static_cast<std::size_t>(count));
   level_share.assign(static_cast<std::size_t>(count), 0.0F);
   const Eigen::VectorXd heights = points.row(2).transpose().cwiseMax(lowest_spectrum_height);
@@ -218,8 +203,7 @@ void TurbulentWindAtPoints::State::set_levels(const Eigen::Matrix3Xd& points,
     level_height.push_back(1);  // the level above the last
   } else {
     const auto logarithm = [](double z) { return std::log(std::max(z, lowest_spectrum_height)); };
-    const double lowest = logarithm(box_heights.minCoeff()),
-                 range = logarithm(box_heights.maxCoeff()) - lowest;
+    const double lowest = logarithm(heights.minCoeff()), range = logarithm(heights.maxCoeff()) - lowest;
     const int steps = std::max(1, static_cast<int>(std::ceil(range / level_step)));
     const double step = std::max(range / steps, 1e-9);
     for (int i = 0; i <= steps; ++i) level_height.push_back(std::exp(lowest + i * step));
@@ -258,35 +242,37 @@ TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const Ti
   state->axis = axis;
   state->count = points.cols();
   const Vec3 along = heading_direction(wind.mean), across(-along[1], along[0], 0);
-  const Eigen::Matrix3Xd box = options.domain ? corners_of(*options.domain) : points;
+  state->of_world = options.realisation == Realisation::of_world;
+  if (state->of_world && wind.amplitudes != Amplitudes::gaussian)
+    throw InputError("amplitudes of a wind that many share", "phases only", "gaussian");
   const auto coordinates = [&](const Vec3& direction) {
     Eigen::VectorXd values = points.transpose() * direction;
-    if (values.size() > 0) values.array() -= (box.transpose() * direction).minCoeff();
+    if (values.size() > 0 && !state->of_world) values.array() -= values.minCoeff();
     return std::vector<float>(values.begin(), values.end());
   };
-  const auto size = [&](const Vec3& direction) {
-    const Eigen::VectorXd values = box.transpose() * direction;
-    return values.size() > 0 ? values.maxCoeff() - values.minCoeff() : 0;
-  };
-  if (options.domain) check_inside(points, *options.domain);
   state->along = coordinates(along);
   state->across = coordinates(across);
   state->up = coordinates(Vec3::UnitZ());
+  if (state->of_world) {
+    const Eigen::VectorXd values = points.transpose() * across;
+    state->world_across.assign(values.begin(), values.end());
+    for (Eigen::Index k = 0; k < points.cols(); ++k) state->world_up.push_back(points(2, k));
+  }
   // What is thinner than a micrometre is flat to gusts, and cells of it would be beyond floats.
   constexpr double flat = 1e-6;
   const auto thick = [](double length) { return length < flat ? 0 : length; };
-  state->width = thick(options.domain ? size(across) : largest_of(state->across));
-  state->height = thick(options.domain ? size(Vec3::UnitZ()) : largest_of(state->up));
+  state->width = thick(largest_of(state->across));
+  state->height = thick(largest_of(state->up));
   for (Eigen::Index k = 0; k < points.cols(); ++k) {
     const Vec3 direction = heading_direction(wind.mean, points(2, k));
     state->heading.push_back({static_cast<float>(direction[0]), static_cast<float>(direction[1])});
   }
   state->coherency_uw = tremula::coherency_uw(wind);
-  state->set_levels(points, box.row(2));
-  if (state->count > 0 && wind.mean.speed > 0) {
-    const int largest = options.largest_plane > 0 ? options.largest_plane
-                        : options.domain
-                            ? 32768
+  state->set_levels(points);
+  state->blows = state->count > 0 && wind.mean.speed > 0;
+  if (state->blows && !state->of_world) {
+    const int largest = options.largest_plane > 0
+                            ? options.largest_plane
                             : static_cast<int>(std::clamp<Eigen::Index>(3 * state->count, 4096, 32768));
     for (int bin = 0; bin < axis.bin_count(); ++bin) {
       state->of_bin.push_back(state->choose_plane(bin, options, largest));
@@ -298,6 +284,7 @@ TurbulentWindAtPoints::TurbulentWindAtPoints(const TurbulentWind& wind, const Ti
 TurbulentWindAtPoints::~TurbulentWindAtPoints() = default;
 
 TurbulentWindAtPoints::Plane TurbulentWindAtPoints::plane(int bin) const {
+  if (state_->of_world) return {};
   const BinPlane& chosen = state_->of_bin.at(static_cast<std::size_t>(bin));
   if (chosen.plane == nullptr) return {};
   return {chosen.plane->rows(), chosen.plane->columns(), chosen.row_spacing, chosen.column_spacing};
@@ -358,12 +345,39 @@ void TurbulentWindAtPoints::State::draw_nodes(int bin, int draw, Work& work) con
   }
 }
 
+void TurbulentWindAtPoints::State::draw_of_world(int bin, int draw, Work& work) const {
+  const std::uint32_t address = bin_of_draw(bin, draw);
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<std::complex<float>>& values = work.noise[c];
+    values.resize(static_cast<std::size_t>(count));
+    const CoherenceDecay decay =
+        coherence_decay(wind.coherence, static_cast<int>(c), axis.middle_frequency(bin));
+    const LatticeNoise noise{wind.seed, lattice_streams[c], address};
+    if (std::isfinite(decay.y) && std::isfinite(decay.z)) {
+      draw_on_lattice(noise, decay, world_across, world_up, work.lattice, values.data());
+    } else {
+      draw_at_places(noise, world_across, world_up, values.data());
+    }
+  }
+  if (coherency_uw == 0) return;
+  const auto shared = static_cast<float>(coherency_uw), own = std::sqrt(1 - shared * shared);
+  for (std::size_t k = 0; k < work.noise[2].size(); ++k)
+    work.noise[2][k] = own * work.noise[2][k] + shared * work.noise[0][k];
+}
+
 Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin, int draw) const {
   const State& s = *state_;
-  if (s.of_bin.empty()) return Eigen::Matrix3Xcd::Zero(3, s.count);
+  if (!s.blows) return Eigen::Matrix3Xcd::Zero(3, s.count);
   Work& work = s.works.local();
-  s.draw_nodes(bin, draw, work);
-  const BinPlane& chosen = s.of_bin[static_cast<std::size_t>(bin)];
+  BinPlane chosen;
+  if (s.of_world) {
+    s.draw_of_world(bin, draw, work);
+    chosen.coherent = {};
+    work.nodes.assign(node_size, 0.0F);
+  } else {
+    s.draw_nodes(bin, draw, work);
+    chosen = s.of_bin[static_cast<std::size_t>(bin)];
+  }
 
   work.levels.resize(4 * s.level_height.size());
   for (std::size_t i = 0; i < s.level_height.size(); ++i) {
@@ -392,8 +406,9 @@ Eigen::Matrix3Xcd TurbulentWindAtPoints::velocity(int bin, int draw) const {
   }
   const std::int32_t next_column = chosen.kept_columns > 1 ? node_size : 0;
   const std::int32_t next_row = chosen.kept_rows > 1 ? cell.row_size : 0;
-  const auto turns_per_metre =
-      static_cast<float>(std::min(1e9, s.axis.middle_frequency(bin) / s.wind.mean.speed));
+  // In a world that loops, what is slower than the loop is the same all along the wind.
+  const double carried = s.of_world ? s.axis.frequency(bin) : s.axis.middle_frequency(bin);
+  const auto turns_per_metre = static_cast<float>(std::min(1e9, carried / s.wind.mean.speed));
 
   Eigen::Matrix3Xcd velocity(3, s.count);
   Corners corners;

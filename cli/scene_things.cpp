@@ -1,0 +1,65 @@
+#include "scene_things.hpp"
+
+#include "tremula/base/error.hpp"
+
+#include <array>
+#include <utility>
+
+namespace tremula::cli {
+namespace {
+
+template <class Thing, class Make>
+void add_things(const std::vector<Thing>& things, const ThingSite& site, const Make& make,
+                std::vector<SceneThing>& made) {
+  for (const Thing& thing : things) {
+    try {
+      site.log.begin(thing.name);
+      made.push_back(make(thing, site));
+      site.log.finish();
+    } catch (const InputError& error) {
+      throw InputError(text_of(thing.place) + ": " + error.what());
+    }
+  }
+}
+
+}  // namespace
+
+TravellingField ThingSite::gusts(std::span<const Vec3> points, double spacing,
+                                 std::vector<double> heights) const {
+  const Wind& wind = commands.blowing;
+  TravellingField field =
+      gust_field(wind, loop(), plane_across(points, wind.reference.heading, spacing, std::move(heights)));
+  field.ground = ground();
+  return field;
+}
+
+TravellingField ThingSite::gusts(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double spacing,
+                                 std::vector<double> heights) const {
+  const std::array<Vec3, 4> corners{Vec3(low.x(), low.y(), 0), Vec3(high.x(), low.y(), 0),
+                                    Vec3(low.x(), high.y(), 0), Vec3(high.x(), high.y(), 0)};
+  return gusts(corners, spacing, std::move(heights));
+}
+
+std::vector<SceneThing> make_things(const ThingSite& site) {
+  const Scene& scene = site.scene;
+  std::vector<SceneThing> made;
+  const bool none = scene.grass.empty() && scene.drift.empty() && scene.impressions.empty() &&
+                    scene.volumes.empty() && !scene.gusts;
+  if (none) return made;
+  if (site.commands.is_clip)
+    throw InputError("the motion of the scene", "a clip", "a loop, which grass, snow and the like need");
+  add_things(scene.grass, site, make_grass, made);
+  add_things(scene.drift, site, make_drift, made);
+  add_things(scene.impressions, site, make_impression, made);
+  add_things(scene.volumes, site, make_volume, made);
+  if (scene.gusts) {
+    try {
+      made.push_back(make_gusts(*scene.gusts, site));
+    } catch (const InputError& error) {
+      throw InputError(text_of(scene.gusts->place) + ": " + error.what());
+    }
+  }
+  return made;
+}
+
+}  // namespace tremula::cli

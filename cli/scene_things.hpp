@@ -1,0 +1,49 @@
+// What of a scene is not baked, but looked up in its wind: grass, snow, impressionist trees, volumes, the
+// gusts themselves. All of them take the wind that the objects have; none makes one.
+#pragma once
+
+#include "tremula/scene/film_camera.hpp"
+#include "tremula/wind/travelling_field.hpp"
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene_objects.hpp"
+
+namespace tremula {
+struct RayShape;
+}
+
+namespace tremula::cli {
+
+// Where a thing is made: in this scene, seen from there.
+struct ThingSite {
+  const Scene& scene;
+  const SceneCommands& commands;
+  const FilmCamera& camera;
+  StageLog& log;
+  WarningLog& warnings;
+
+  const TimeAxis& loop() const { return commands.loop; }
+  double ground() const { return scene.ground.height; }
+  // The gusts over points [m], columns `spacing` [m] apart, in layers at heights above the ground [m].
+  TravellingField gusts(std::span<const Vec3> points, double spacing, std::vector<double> heights) const;
+  // The same over a field from `low` to `high`.
+  TravellingField gusts(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double spacing,
+                        std::vector<double> heights) const;
+};
+
+// Each in its own file: cli/scene_grass.cpp, …
+SceneThing make_grass(const SceneGrass& grass, const ThingSite& site);
+SceneThing make_drift(const SceneDrift& drift, const ThingSite& site);
+SceneThing make_impression(const SceneImpression& impression, const ThingSite& site);
+SceneThing make_volume(const SceneVolume& volume, const ThingSite& site);
+SceneThing make_gusts(const SceneGusts& gusts, const ThingSite& site);
+
+// Of a whole scene, in the order of these. Says the place in the file of what is wrong. Throws InputError
+// where the motion of the scene is a clip.
+std::vector<SceneThing> make_things(const ThingSite& site);
+
+}  // namespace tremula::cli
