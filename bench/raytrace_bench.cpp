@@ -5,6 +5,8 @@
 //   bench_raytrace oak [WIDTH HEIGHT SAMPLES]     the oak with motion blur, 960 x 540, 64 samples
 //   bench_raytrace segments                       100 000 pieces of stem, 512 x 512, one sample
 //   bench_raytrace forest [COPIES POSES PLANT]    10 000 saplings: memory, and how long a frame's poses take
+//   bench_raytrace impressions [COPIES]           10 000 impressionist trees: the wind over them, their
+//   poses, rays
 // Seconds of the clock, and of processors: those are what counts on a machine that has other work.
 #include "tremula/deformation/loop.hpp"
 #include "tremula/geometry/grow.hpp"
@@ -12,6 +14,7 @@
 #include "tremula/geometry/plants.hpp"
 #include "tremula/geometry/surface.hpp"
 #include "tremula/pipeline.hpp"
+#include "tremula/raytrace/impression_rays.hpp"
 #include "tremula/raytrace/path.hpp"
 #include "tremula/raytrace/raytrace.hpp"
 
@@ -234,6 +237,42 @@ void measure_forest(int copies, int poses, const std::string& preset) {
   print("forest", counts, watch);
 }
 
+void measure_impressions(int copies) {
+  const ImpressionistTree tree = impressionist_tree("round", 12);
+  const double side = tree.width * std::sqrt(copies);
+  std::vector<Instance> instances;
+  std::vector<Vec3> places;
+  for (int i = 0; i < copies; ++i) {
+    const auto part = [&](double irrational) { return std::fmod(irrational * i, 1); };
+    places.emplace_back(side * part(0.7548776662), side * (part(0.5698402910) - 0.5), 0);
+    instances.push_back({.position = places.back(), .turn = 6.283185 * part(0.618034)});
+  }
+  const TimeAxis loop{.period = 20, .sample_count = 600};
+  const Wind wind = turbulent_wind({.speed = 8}, 0.2);
+  const Stopwatch blowing;
+  const Structure trunk = assemble(trunk_skeleton(tree), {.material = find_material(tree.material)});
+  const TrunkSway sway = trunk_sway(trunk, wind, loop, {.crown_radius = tree.width / 2});
+  const TravellingField gusts = gust_field(wind, loop, plane_across(places, 0, 5, {sway.gust_height}));
+  TraceScene scene;
+  scene.ray_shapes = {impression_shape(tree, std::move(instances), impression_motion(sway, gusts))};
+  std::printf("%d trees sway at %.2f Hz; their wind and what it does to them took %.2f s\n", copies,
+              sway.frequency[0], blowing.clock());
+  const Stopwatch posing;
+  constexpr int frames = 20;
+  for (int i = 0; i < frames; ++i) scene.ray_shapes[0]->pose(0.1 * i, 1.0 / 60);
+  std::printf("a frame's poses: %.2f ms\n", 1000 * posing.clock() / frames);
+  const Tracer tracer(scene);
+  Camera camera;
+  camera.eye = {-0.15 * side, 0, 25};
+  camera.half_height = 0.25;
+  camera.aspect = 16.0 / 9;
+  TraceCounts counts;
+  const Stopwatch watch;
+  tracer.trace([&](double) { return camera; }, 3,
+               {.width = 480, .height = 270, .samples = 4, .shutter = 1.0 / 60}, {}, &counts);
+  print("impressions", counts, watch);
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
@@ -251,9 +290,13 @@ int main(int count, char** arguments) {
   } else if (what == "forest") {
     measure_forest(count > 2 ? std::atoi(arguments[2]) : 10000, count > 3 ? std::atoi(arguments[3]) : 24,
                    count > 4 ? arguments[4] : "sapling");
+  } else if (what == "impressions") {
+    measure_impressions(count > 2 ? std::atoi(arguments[2]) : 10000);
   } else {
-    std::fprintf(stderr, "bench_raytrace: '%s' is nothing to measure; bound, oak, segments and forest are\n",
-                 what.c_str());
+    std::fprintf(
+        stderr,
+        "bench_raytrace: '%s' is nothing to measure; bound, oak, segments, forest and impressions are\n",
+        what.c_str());
     return 2;
   }
   return 0;

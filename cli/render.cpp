@@ -192,7 +192,8 @@ void RenderCommand::run(const CLI::App& flags) const {
   if (!is_scene(plant.input)) stand_alone(scene, commands, *moving.loops().front()->rest);
   const FilmCamera camera = camera_of(scene, commands, moving);
   moving.things = make_things({scene, commands, camera, log, warnings});
-  const TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
+  TraceScene traced = trace_scene(scene, commands.under_water, moving.loops());
+  traced.ray_shapes = moving.shapes();
   const ToneMapping tones = tones_of(traced, picture.exposure);
   log.begin("scene");
   const Tracer tracer(traced);

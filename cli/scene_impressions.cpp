@@ -1,11 +1,49 @@
-#include "tremula/base/error.hpp"
+#include "tremula/dynamics/trunk_sway.hpp"
+#include "tremula/geometry/impression.hpp"
+#include "tremula/raytrace/impression_rays.hpp"
+#include "tremula/scene/placing.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "scene_things.hpp"
 
 namespace tremula::cli {
+namespace {
 
-SceneThing make_impression(const SceneImpression&, const ThingSite&) {
-  throw Error("impressions: not there yet");
+ImpressionistTree tree_of(const SceneImpression& impression) {
+  ImpressionistTree tree =
+      impressionist_tree(impression.shape, impression.height, impression.width, impression.seed);
+  if (impression.leaf_color) tree.leaf_color = *impression.leaf_color;
+  if (impression.bark_color) tree.bark_color = *impression.bark_color;
+  if (!impression.name.empty()) tree.name = impression.name;
+  return tree;
+}
+
+Structure trunk_of(const ImpressionistTree& tree, std::optional<double> frequency) {
+  const Skeleton skeleton = trunk_skeleton(tree);
+  const StructureOptions options{.material = find_material(tree.material)};
+  return frequency ? tuned_structure(skeleton, options, *frequency) : assemble(skeleton, options);
+}
+
+}  // namespace
+
+SceneThing make_impression(const SceneImpression& impression, const ThingSite& site) {
+  const ImpressionistTree tree = tree_of(impression);
+  // Each feels the gusts of its own place, so that Taylor's time shifts are in them already.
+  std::vector<Instance> copies = place_instances(impression.crowd, Vec3::Zero(), site.loop().period);
+  std::vector<Vec3> places;
+  for (const Instance& copy : copies) places.push_back(copy.position);
+  const SceneObjectCommand& air = *site.commands.air;
+  const Weather weather = air.at_place([&] { return air.plant().conditions().weather; });
+  const TrunkSway sway = trunk_sway(trunk_of(tree, impression.frequency), site.commands.blowing, site.loop(),
+                                    {weather.loads, weather.damping, tree.width / 2});
+  const double spacing = std::clamp(tree.width / 2, 0.5, 10.0);
+  const TravellingField gusts = site.gusts(places, spacing, {sway.gust_height});
+  SceneThing thing{.name = tree.name, .kind = "impressionist trees", .count = copies.size()};
+  thing.shapes = {impression_shape(tree, std::move(copies), impression_motion(sway, gusts))};
+  return thing;
 }
 
 }  // namespace tremula::cli

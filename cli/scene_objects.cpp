@@ -206,6 +206,12 @@ SharedLoops MovingScene::loops() const {
   return all;
 }
 
+std::vector<std::shared_ptr<const RayShape>> MovingScene::shapes() const {
+  std::vector<std::shared_ptr<const RayShape>> all;
+  for (const SceneThing& thing : things) all.insert(all.end(), thing.shapes.begin(), thing.shapes.end());
+  return all;
+}
+
 SceneCommands commands_of(const Scene& scene, const CLI::App& line) {
   SceneCommands commands;
   for (const SceneObject& object : scene.objects) {

@@ -88,6 +88,7 @@ struct MovingScene {
   std::vector<SceneThing> things = {};
 
   SharedLoops loops() const;
+  std::vector<std::shared_ptr<const RayShape>> shapes() const;
 };
 MovingScene move_scene(const Scene& scene, const SceneCommands& commands, StageLog& log,
                        WarningLog& warnings);

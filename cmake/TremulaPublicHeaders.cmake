@@ -3,14 +3,14 @@
 set(public_headers pipeline)
 set(base_headers error memory types)
 set(numerics_headers lanczos pairwise_filter time_axis)
-set(geometry_headers expression grow lsystem plants skeleton surface)
+set(geometry_headers expression grow impression lsystem plants skeleton surface)
 set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame frame_presets load_margin material member panel plausibility
     plate_element prestress round_section sag sheet sheet_presets sites structure uniform_beam)
 set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_script gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     travelling_field turbulent_wind_at_points waves)
 set(dynamics_headers basis branch_oscillators damping drag_in_time flapping flutter foliage free_decay gauge gauge_reading gust_average gust_response lean
-    loads motion motion_statistics oscillators principal_motion pull response response_field shelter static_correction transfer
+    loads motion motion_statistics oscillators principal_motion pull response response_field shelter static_correction transfer trunk_sway
     wind_forces)
 set(deformation_headers bent_pose fit_rig loop morph_targets panel_pose pose principal_shapes rig sheet_pose)
 set(render_headers camera daylight denoise image linear_image render tone_map)
@@ -18,7 +18,7 @@ set(io_headers atomic_file beam_plot contact_sheet exr film frame_file gauge_tab
     profile_table sheet_file skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vti wind_plot
     wind_targets wind_verdict)
 set(scene_headers film_camera haze placing scene scene_file scene_keys)
-set(raytrace_headers ray_shape raytrace)
+set(raytrace_headers impression_rays ray_shape raytrace)
 foreach(folder base numerics geometry structure modes wind dynamics deformation render raytrace io scene)
   foreach(header ${${folder}_headers})
     list(APPEND public_headers ${folder}/${header})

@@ -24,6 +24,7 @@ enum class RandomStream : std::uint32_t {
   lattice_u = 20,
   lattice_v = 21,
   lattice_w = 22,
+  impressions = 13,
   test = 1000,
 };
 
