@@ -176,11 +176,13 @@ std::function<double(const Vector2d&)> tallness_of(const SceneVolume& volume, do
 }
 
 void check_place(const SceneVolume& volume, const VolumeField& field) {
-  check_scatter({.density = 1e-9,
-                 .low = volume.low,
-                 .high = volume.high,
-                 .inside = volume.inside,
-                 .outside = volume.outside});
+  Scatter scatter;
+  scatter.density = 1e-9;
+  scatter.low = volume.low;
+  scatter.high = volume.high;
+  scatter.inside = volume.inside;
+  scatter.outside = volume.outside;
+  check_scatter(scatter);
   constexpr int steps = 200;
   for (int i = 0; i < steps * steps; ++i) {
     const Vector2d share((i % steps + 0.5) / steps, (i / steps + 0.5) / steps);

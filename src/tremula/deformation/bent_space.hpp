@@ -54,7 +54,7 @@ class UnbentTable {
 };
 
 // How a wind moves the tops of plants that stand at a place [m], at a time [s]: linear, in metres.
-using Sway = std::function<Eigen::Vector2d(const Eigen::Vector2d& place, double time)>;
+using TopSway = std::function<Eigen::Vector2d(const Eigen::Vector2d& place, double time)>;
 
 // F's way: the shape model itself is bent, for scan_convert to make the texture of. Stems bend as above, by
 // `displacement` [m] where their plant stands; what a stem holds turns with it as it is. `height`: of what
