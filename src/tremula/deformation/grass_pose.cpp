@@ -71,7 +71,8 @@ void tabulate_half(const BladeKind& kind, const BladeResponse& blade, int number
       const RodDrag drag{size * blade.load.along, size * blade.load.tip, blade.load.decay};
       const Eigen::Matrix3Xd& bent = bender.bend(drag, heading);
       if (forwards || column < middle)
-        table.directions[index_of((number * table_across + row) * table_in_plane + column)] = drawn(kind, bent);
+        table.directions[index_of((number * table_across + row) * table_in_plane + column)] =
+            drawn(kind, bent);
     }
   }
 }
