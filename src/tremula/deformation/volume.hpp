@@ -25,7 +25,7 @@ struct VolumeField {
   double height = 1;                            // of the texture, 0 … that: the plants may be lower [m]
   // How tall plants are at a place, by what they would be, 0 … 1; empty: 1.
   std::function<double(const Eigen::Vector2d& place)> tallness;
-  TopSway sway;             // empty: they stand still
+  TopSway sway;          // empty: they stand still
   double most_sway = 0;  // no top is displaced further, or that far counts [m]
   std::uint32_t seed = 1;
 };
