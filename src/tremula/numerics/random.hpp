@@ -21,10 +21,10 @@ enum class RandomStream : std::uint32_t {
   modal_loads = 7,
   waves = 8,
   placing = 9,
+  impressions = 13,
   lattice_u = 20,
   lattice_v = 21,
   lattice_w = 22,
-  impressions = 13,
   test = 1000,
 };
 
