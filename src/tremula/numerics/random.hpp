@@ -23,10 +23,10 @@ enum class RandomStream : std::uint32_t {
   placing = 9,
   grass = 10,
   strands = 14,
+  impressions = 13,
   lattice_u = 20,
   lattice_v = 21,
   lattice_w = 22,
-  impressions = 13,
   test = 1000,
 };
 
