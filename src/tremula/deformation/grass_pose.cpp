@@ -258,13 +258,14 @@ Directions rest_directions(const std::array<float, 12>& of) {
 }
 
 Lane4 reciprocal_root(Lane4 square) {
-  Lane4 root;
-  for (int i = 0; i < lanes; ++i) root[i] = 1 / std::sqrt(square[i]);
-  return root;
+  Eigen::Array4f root;  // which knows how to take four at a time
+  std::memcpy(root.data(), &square, sizeof square);
+  root = root.sqrt();
+  return 1 / lane4(root.data());
 }
 
 // The table at angles in the blade's plane and across.
-Directions looked_up(const BendTable& table, int trajectory, float in_plane, float across) {
+inline Directions looked_up(const BendTable& table, int trajectory, float in_plane, float across) {
   const float shrink = 1 / (1 + std::sqrt(in_plane * in_plane + across * across));
   const float u = (in_plane * shrink + 1) * (0.5F * (table_in_plane - 1));
   const float v = std::abs(across) * shrink * (table_across - 1);
@@ -327,17 +328,26 @@ class Poser {
       const std::size_t kind = grass_.meadow.kind[i];
       const bool is_stem = kinds[kind].form == BladeForm::stem;
       Posed& posed = is_stem ? stem : blade;
-      stand(i, skins_[kind], stem, still, posed);
+      const bool flat = !normals && kinds[kind].form == BladeForm::blade;
+      const KindSkin& skin = skins_[kind];
+      if (skin.pieces == 3) {
+        flat ? stand<3, true>(i, skin, stem, still, posed) : stand<3, false>(i, skin, stem, still, posed);
+      } else {
+        flat ? stand<4, true>(i, skin, stem, still, posed) : stand<4, false>(i, skin, stem, still, posed);
+      }
       const std::size_t vertex = grass_.first_vertex[i];
-      if (!normals && kinds[kind].form == BladeForm::blade)
-        lay_flat(skins_[kind], grass_.meadow.width[i], posed, positions + vertex);
+      if (flat)
+        lay_flat(skin, grass_.meadow.width[i], posed, positions + vertex);
       else
-        dress(skins_[kind].skin, grass_.meadow.width[i], posed, positions + vertex,
+        dress(skin.skin, grass_.meadow.width[i], posed, positions + vertex,
               normals ? normals + vertex : nullptr);
     }
   }
 
  private:
+  // The number of pieces is known when this is compiled; so is whether it matters what is out of the flat
+  // side.
+  template <int pieces, bool flat>
   void stand(std::size_t i, const KindSkin& skin, const Posed& stem, bool still, Posed& posed) const {
     const Meadow& meadow = grass_.meadow;
     const std::size_t kind = meadow.kind[i];
@@ -360,12 +370,12 @@ class Poser {
     posed.joint[0] = Vector3f(meadow.x[i], meadow.y[i], meadow.z[i]);
     if (meadow.attached[i] >= 0) attach(meadow.attached[i], stem, posed.joint[0], d);
     const float length = meadow.length[i];
-    for (int p = 0; p < skin.pieces; ++p) {
+    for (int p = 0; p < pieces; ++p) {
       const auto at = index_of(p);
       posed.piece[at] = Vector3f(d.x[p], d.y[p], d.z[p]);
       posed.joint[at + 1] = posed.joint[at] + length * skin.shares[at] * posed.piece[at];
     }
-    face(i, d, skin.pieces, posed);
+    face<pieces, flat>(i, d, posed);
   }
 
   void attach(float where, const Posed& stem, Vector3f& foot, Directions& d) const {
@@ -378,7 +388,8 @@ class Poser {
   }
 
   // The flat side's axes are level where a blade stands upright and go with it without a twist.
-  void face(std::size_t i, const Directions& d, int pieces, Posed& posed) const {
+  template <int pieces, bool flat>
+  void face(std::size_t i, const Directions& d, Posed& posed) const {
     const float c = grass_.cos_facing[i], s = grass_.sin_facing[i];
     const Lane4 zero = {0, 0, 0, 0}, above = 1 + d.z;
     const Lane4 by = 1 / (above > 1e-3F ? above : zero + 1e-3F);
@@ -390,7 +401,7 @@ class Poser {
     for (int joint = 0; joint <= pieces; ++joint) {
       const int low = std::max(joint - 1, 0), high = std::min(joint, pieces - 1);
       const auto mean = [&](const Lane4& values) { return 0.5F * (values[low] + values[high]); };
-      posed.out[index_of(joint)] = Vector3f(mean(out_x), mean(out_y), -mean(out_t));
+      if constexpr (!flat) posed.out[index_of(joint)] = Vector3f(mean(out_x), mean(out_y), -mean(out_t));
       posed.across[index_of(joint)] = Vector3f(mean(across_x), mean(across_y), -mean(across_t));
     }
   }
