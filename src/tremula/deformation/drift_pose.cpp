@@ -221,7 +221,7 @@ SmallMesh mesh_of(DriftForm form) {
 // ---- Turns
 
 float random_of(const DriftPath& path, std::uint32_t number) {
-  return static_cast<float>(uniform({path.mark, drift_stream, number, 1}));
+  return static_cast<float>(uniform({path.mark, RandomStream::drift, number, 1}));
 }
 
 struct Turned {

@@ -71,7 +71,7 @@ double normal_number(double a, double b) {
 
 Candidate draw(const Drift& drift, const Door& door, double period, std::uint64_t number) {
   const auto pair = [&](std::uint32_t of) {
-    return two_uniforms({drift.seed, drift_stream, door.number + 16 * of, number});
+    return two_uniforms({drift.seed, RandomStream::drift, door.number + 16 * of, number});
   };
   const auto [x, y] = pair(0);
   const auto [z, time] = pair(1);

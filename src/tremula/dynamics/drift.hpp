@@ -22,8 +22,6 @@
 
 namespace tremula {
 
-inline constexpr RandomStream drift_stream{15};  // nobody else's
-
 enum class DriftForm { flake, drop, leaf, seed };
 
 // Sizes are diameters, of leaves and seeds the length.
