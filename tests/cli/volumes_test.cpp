@@ -37,7 +37,7 @@ class Volumes : public testing::Test {
 };
 
 TEST_F(Volumes, AreGreenWhereTheyGrowAndMoveInTheWind) {
-  ASSERT_EQ(draw("texel_size = 0.04\n", "-o %04d.png --frames 0,3").code, 0);
+  ASSERT_EQ(draw("texel_size = 0.04\n", "-o %04d.png --frames 0-3:3").code, 0);
   const auto field = test::read_picture(folder / "0000.png").mean(28, 16, 8, 4);
   EXPECT_GT(field[1], field[2] + 20);
   EXPECT_NE(contents(folder / "0000.png"), contents(folder / "0003.png"));
