@@ -178,13 +178,13 @@ std::string refusal(const GrassInWind& grass) {
 }
 
 TEST(EncodeGrass, RefusesWhatAPageCannotHold) {
-  GrassInWind grass = some_grass("lawn");
+  GrassInWind grass = some_grass("meadow");
   grass.way = GrassMotion::in_time;
   EXPECT_THAT(refusal(grass), HasSubstr("blades that look their motion up"));
   grass.way = GrassMotion::looked_up;
   grass.meadow.length[3] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(refusal(grass), HasSubstr("page: blades"));
-  grass = some_grass("lawn");
+  grass = some_grass("meadow");
   grass.meadow.species.kinds.resize(9, grass.meadow.species.kinds[0]);
   EXPECT_THAT(refusal(grass), HasSubstr("kinds of blades of the page"));
   EXPECT_NO_THROW(check_blades_of_page(most_blades_of_page));
@@ -193,7 +193,7 @@ TEST(EncodeGrass, RefusesWhatAPageCannotHold) {
 
 TEST(EncodeGrassPage, HoldsTheNameAndNoMarks) {
   if (!can_write_html()) GTEST_SKIP() << "built without node and npm";
-  const std::string html = encode_grass_page(some_grass("lawn"), {.name = "a <lawn>"});
+  const std::string html = encode_grass_page(some_grass("meadow"), {.name = "a <lawn>"});
   EXPECT_THAT(html, HasSubstr("<title>a &lt;lawn></title>"));
   EXPECT_EQ(html.find("@TREMULA_"), std::string::npos);
 }

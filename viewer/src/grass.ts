@@ -41,7 +41,8 @@ interface Header {
 }
 
 const magic = 0x474d5254;  // "TRMG"
-const most_kinds = 8, makes_per_kind = 3;
+const mostKinds = 8, makesPerKind = 3;
+const mostWithShadows = 500_000;  // which pose every blade twice a frame
 const textureWidth = 2048;  // what every card has
 
 export const isGrass = (data: ArrayBuffer): boolean =>
@@ -56,9 +57,9 @@ const poseShader = /* glsl */ `
   uniform vec2 grassSizeSteps, grassHeading;
   uniform float grassNow, grassLoad, grassSamplesPerMetre, grassFirstColumn, grassColumnsPerMetre, grassBladeHeight;
   uniform float grassSamples, grassColumns;
-  uniform vec4 grassShares[${most_kinds}];
-  uniform vec4 grassKinds[${most_kinds}];                   // pieces, first bend, entries in the plane and across
-  uniform vec4 grassMakes[${most_kinds * makes_per_kind}];  // response or -1, lean, per length, step of the angles
+  uniform vec4 grassShares[${mostKinds}];
+  uniform vec4 grassKinds[${mostKinds}];                   // pieces, first bend, entries in the plane and across
+  uniform vec4 grassMakes[${mostKinds * makesPerKind}];  // response or -1, lean, per length, step of the angles
 
   struct Blade {
     vec3 foot;
@@ -85,7 +86,7 @@ const poseShader = /* glsl */ `
     b.attached = (float(r.w & 0x3ffu) - 1.0) / 1022.0;
     b.kind = int((r.w >> 10) & 7u);
     b.trajectory = int((r.w >> 13) & 15u);
-    b.make = ${makes_per_kind} * b.kind + int((r.w >> 17) & 3u);
+    b.make = ${makesPerKind} * b.kind + int((r.w >> 17) & 3u);
     b.stem = i - int(r.w >> 19);
     return b;
   }
@@ -230,14 +231,14 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
     grassBladeHeight: {value: header.height_m},
     grassSamples: {value: field.samples},
     grassColumns: {value: field.columns},
-    grassShares: {value: padded(kinds.map(({shares}) => new Vector4(...padded(shares, 4, 0))), most_kinds, new Vector4())},
+    grassShares: {value: padded(kinds.map(({shares}) => new Vector4(...padded(shares, 4, 0))), mostKinds, new Vector4())},
     grassKinds: {
       value: padded(kinds.map(({shares, bends: {first, in_plane, across}}) =>
-        new Vector4(shares.length, first, in_plane, across)), most_kinds, new Vector4()),
+        new Vector4(shares.length, first, in_plane, across)), mostKinds, new Vector4()),
     },
     grassMakes: {
       value: padded(kinds.flatMap(({makes}) => makes.map(({response, lean_rad, per_length, step_rad}) =>
-        new Vector4(response, lean_rad, per_length, step_rad))), most_kinds * makes_per_kind, new Vector4()),
+        new Vector4(response, lean_rad, per_length, step_rad))), mostKinds * makesPerKind, new Vector4()),
     },
   };
 }
@@ -416,10 +417,11 @@ export function readGrass(data: ArrayBuffer): Loop {
   root.add(makeSoil(header, low, high));
   root.updateMatrixWorld(true);
   const extent = new Box3(new Vector3(low.x, low.z, -high.y), new Vector3(high.x, high.z + header.height_m, -low.y));
-  const rows = Math.max(...['grassBlades', 'grassResponses', 'grassBends'].map((name) => (uniforms[name].value as DataTexture).image.height));
+  const rows = Math.max(...['grassBlades', 'grassResponses', 'grassBends'].map(
+      (name) => (uniforms[name].value as DataTexture).image.height));
   return {
     name: header.name, facts, root, meshes, movement: new InWind(facts, header.field.samples, uniforms),
     vertices: new PosedVertices(kinds, byKind, uniforms),
-    field: {extent, textureRows: rows, told: `${count.toLocaleString('en').replaceAll(',', ' ')} blades`},
+    field: {extent, textureRows: rows, castsShadow: count <= mostWithShadows, told: `${count.toLocaleString('en').replaceAll(',', ' ')} blades`},
   };
 }

@@ -35,6 +35,7 @@ export interface Loop {
 export interface Field {
   extent: Box3;         // [m] y up
   textureRows: number;  // of the largest texture
+  castsShadow: boolean;
   told: string;         // what it has, in place of modes
 }
 

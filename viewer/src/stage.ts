@@ -29,7 +29,8 @@ export class Stage {
     this.renderer.shadowMap.type = PCFShadowMap;
 
     for (const mesh of loop.meshes) {
-      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.castShadow = loop.field?.castsShadow ?? true;
+      mesh.receiveShadow = true;
       mesh.frustumCulled = false;
       if (!loop.field) this.extent.union(restOf(mesh).applyMatrix4(mesh.matrixWorld));
     }

@@ -90,11 +90,21 @@ export function meadow() {
   return {html: join(folder, 'meadow.html'), posed};
 }
 
-// What `tremula animate` makes of a species of grass: the page and the report.
-export function animateGrass(species, options = {}) {
-  const html = join(folder, `${species}.html`), report = join(folder, `${species}.json`);
-  const flags = Object.entries({period: 6, fps: 20, ...options}).flatMap(([flag, value]) => [`--${flag}`, String(value)]);
-  execFileSync(program, ['animate', species, ...flags, '-o', html, '--report', report], {stdio: ['ignore', 'ignore', 'pipe']});
+// The page of a field of a scene, and the report of `tremula animate`.
+export function animateField(species) {
+  const scene = join(folder, `${species}.toml`), html = join(folder, `${species}.html`), report = join(folder, `${species}.json`);
+  writeFileSync(scene, `[motion]
+period = 6
+fps = 20
+[wind]
+wind_speed = 6
+[[grass]]
+name = "field"
+species = "${species}"
+low = [-0.8, -0.8]
+high = [0.8, 0.8]
+`);
+  execFileSync(program, ['animate', scene, '--object', 'field', '-o', html, '--report', report], {stdio: ['ignore', 'ignore', 'pipe']});
   return {html, report: JSON.parse(readFileSync(report, 'utf8'))};
 }
 
