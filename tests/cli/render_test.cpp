@@ -145,6 +145,34 @@ TEST_F(Render, AFilmHasEveryFrameOfTheLoop) {
   EXPECT_EQ(contents(folder / "a.gif").substr(0, 6), "GIF89a");
 }
 
+TEST_F(Render, GustsStandAsArrowsInTheSceneOrTintItsGround) {
+  const std::string soil = "[ground]\nkind = \"soil\"\n";
+  const std::string area = "[gusts]\nlow = [-3, -3]\nhigh = [3, 3]\nspacing = 1\n";
+  const auto picture_with = [&](const std::string& gusts, int arrows) {
+    write_scene(soil + gusts);
+    const Outcome outcome = run(folder, "render s.toml" + small + "--report r.json -o a.png");
+    EXPECT_EQ(outcome.code, 0) << outcome.messages;
+    const auto report = nlohmann::json::parse(contents(folder / "r.json"));
+    EXPECT_EQ(report.at("objects").back().value("count", -1), arrows) << gusts;
+    return contents(folder / "a.png");
+  };
+  const std::string bare = picture_with("", -1), arrows = picture_with(area, 49),
+                    both = picture_with(area + "tint = true\n", 49),
+                    tint = picture_with(area + "tint = true\narrows = false\n", 0);
+  EXPECT_NE(arrows, bare);
+  EXPECT_NE(tint, bare);
+  EXPECT_NE(both, arrows);
+  write_scene(soil + area + "arrows = false\n");
+  Outcome outcome = run(folder, "render s.toml" + small + "-o b.png");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("neither arrows nor tint"));
+  EXPECT_THAT(outcome.messages, HasSubstr("s.toml:"));
+  write_scene(soil + "[gusts]\nlow = [-500, -500]\nhigh = [500, 500]\nspacing = 1\n");
+  outcome = run(folder, "render s.toml" + small + "-o b.png");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("a larger spacing"));
+}
+
 TEST_F(Render, TellsRaysCopiesAndSecondsInTheReport) {
   write_scene("[[objects.grid]]\ncolumns = 3\nrows = 2\nspacing = 4\n");
   ASSERT_EQ(run(folder, "render s.toml" + small + "-o a.png --report r.json").code, 0);

@@ -165,7 +165,9 @@ TEST(MakeLoopOfDrift, InNoWindThereIsNoNumberThatIsNone) {
   for (const char* kind : {"snow", "rain", "leaves", "seeds"}) {
     Drift drift{.kind = drift_kind_named(kind), .low = {-6, -6, 0}, .high = {6, 6, 8}, .lying_time = 1};
     drift.kind.number_density = 0.5;
-    TravellingField still{.loop = loop_axis, .plane = {}, .mean = {Vec3::Zero()}, .values = {}};
+    TravellingField still;
+    still.loop = loop_axis;
+    still.mean = {Vec3::Zero()};
     still.values.resize(index_of(loop_axis.sample_count));
     const Loop loop = loop_of(std::make_shared<const DriftPaths>(carry(still, drift)));
     for (const double time : {0.0, 1.1, 3.3}) EXPECT_FALSE(meshes_at(loop, time).empty());

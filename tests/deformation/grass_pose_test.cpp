@@ -84,13 +84,17 @@ TEST(PoseGrass, BendsBladesAsTheirHeavyRodsDo) {
     const Eigen::Matrix3Xd bent =
         bend_rod(nominal.rod, trajectory(grass.meadow.species.kinds[0], grass.meadow.trajectory[i], 20), drag,
                  Vec3(angles.x(), angles.y(), 0) / angles.norm());
-    Vec3 tip = bent.rowwise().sum() / 20;
+    // In three straight pieces, which are longer from end to end than the arcs they stand for.
+    Vec3 tip = Vec3::Zero();
+    const std::vector<double> joints = joints_of(grass.meadow.species.kinds[0]);
+    for (std::size_t j = 1; j < joints.size(); ++j) {
+      const auto first = std::lround(20 * joints[j - 1]), count = std::lround(20 * joints[j]) - first;
+      tip += (joints[j] - joints[j - 1]) * bent.middleCols(first, count).rowwise().sum().normalized();
+    }
     tip.head<2>() = in_axes_of_blade(-static_cast<double>(grass.meadow.azimuth[i]), tip.head<2>());
     const std::vector<Vec3> middle = middle_of(grass, i, skin.positions);
     const Vec3 drawn = (middle.back() - middle.front()) / static_cast<double>(grass.meadow.length[i]);
-    // Three straight pieces are longer from end to end than the arc they stand for, and the table is linear
-    // between its entries.
-    EXPECT_LT((drawn - tip).norm(), 0.05) << angles.transpose();
+    EXPECT_LT((drawn - tip).norm(), 0.03) << angles.transpose();
   }
   EXPECT_GT(compared, 20);
 }
@@ -100,12 +104,14 @@ TEST(PoseGrass, LeansWithTheWindAndMoreInMoreWind) {
   for (const double speed : {0.5, 5.0, 15.0}) {
     const GrassInWind grass = put_in_wind(patch("wheat"), gusts_of(speed, 256, 0.75));
     Eigen::Vector2d lean = Eigen::Vector2d::Zero();
-    for (std::size_t i = 0; i < grass.blade_count(); ++i) lean += angles_of(grass, i, 1);
+    for (std::size_t i = 0; i < grass.blade_count(); ++i) {
+      for (int p = 0; p < 20; ++p) lean += angles_of(grass, i, 0.5 * p) / 20;
+    }
     lean /= static_cast<double>(grass.blade_count());
     EXPECT_GT(lean.norm(), before);
     before = lean.norm();
     if (speed > 1) {
-      EXPECT_NEAR(std::atan2(lean.y(), lean.x()), 20 * 3.14159265 / 180, 0.6);
+      EXPECT_NEAR(std::atan2(lean.y(), lean.x()), 20 * 3.14159265 / 180, 0.3);
     }
   }
 }
@@ -231,7 +237,8 @@ TEST(GrassSurface, HasTrianglesThatFaceAsTheirNormalsDo) {
         if (plane.dot(surface.normal[at[0]] + surface.normal[at[1]] + surface.normal[at[2]]) < 0) ++wrong;
       }
     }
-    EXPECT_LT(static_cast<double>(wrong), 0.02 * static_cast<double>(all)) << species.name;
+    // But for the flat ends of ears, whose corners have the normals of the sides.
+    EXPECT_LT(static_cast<double>(wrong), 0.06 * static_cast<double>(all)) << species.name;
   }
 }
 

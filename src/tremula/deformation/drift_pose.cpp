@@ -154,6 +154,8 @@ void add_normals(SmallMesh& mesh) {
   for (Vector3f& normal : mesh.normal) normal.normalize();
 }
 
+constexpr std::size_t grain_corners = 6;
+
 // An octahedron of the volume of a ball of diameter 1, that meshes shaded round.
 SmallMesh grain() {
   const float radius = 0.5F * std::cbrt(std::numbers::pi_v<float>);
@@ -161,7 +163,7 @@ SmallMesh grain() {
   for (int axis = 0; axis < 3; ++axis) {
     for (const float side : {-1.0F, 1.0F}) mesh.position.emplace_back(side * radius * Vector3f::Unit(axis));
   }
-  mesh.texture.assign(6, Vector2f::Constant(0.5F));
+  mesh.texture.assign(grain_corners, Vector2f::Constant(0.5F));
   mesh.triangles = {1, 3, 5, 3, 0, 5, 0, 2, 5, 2, 1, 5, 3, 1, 4, 0, 3, 4, 2, 0, 4, 1, 2, 4};
   add_normals(mesh);
   return mesh;
@@ -219,7 +221,7 @@ SmallMesh mesh_of(DriftForm form) {
 // ---- Turns
 
 float random_of(const DriftPath& path, std::uint32_t number) {
-  return static_cast<float>(uniform({path.mark, RandomStream{15}, number, 1}));
+  return static_cast<float>(uniform({path.mark, RandomStream::drift, number, 1}));
 }
 
 struct Turned {
@@ -284,69 +286,91 @@ struct Meshes {
   std::vector<float> size;
 };
 
-struct Posed {
-  Vector3f place = Vector3f::Zero();
-  float age = 0;
+// Who is on a mesh, and how old.
+struct Shown {
   std::uint32_t path = 0;
+  float age = 0;
   bool seen = false;
 };
 
-// A mesh at a time within the loop.
-Posed posed(const DriftPaths& paths, const DriftStays& shared, std::size_t mesh, double time) {
+// At a time within the loop.
+Shown shown_on(const DriftStays& shared, double period, std::size_t mesh, double time) {
   const DriftStay* first = shared.stays.data() + shared.first[mesh];
   const DriftStay* last = shared.stays.data() + shared.first[mesh + 1] - 1;
   const auto now = static_cast<float>(time);
   const DriftStay* stay = last;
   while (stay != first && stay->taken > now) --stay;
   double since = time;
-  const double period = paths.loop.period;
   if (stay->taken > now) {
     stay = last, since += period;  // still that of the loop before
   } else if (stay == last && first->taken + static_cast<float>(period) <= now) {
     stay = first, since -= period;  // already that of the next one
   }
-  Posed result;
-  result.path = stay->path;
-  result.age = static_cast<float>(since - static_cast<double>(stay->birth));
   const auto at = static_cast<float>(since);
-  result.seen = at >= stay->begin && at < stay->end;
-  result.place = place_at(paths, paths.paths[stay->path], result.age);
-  return result;
+  return {.path = stay->path,
+          .age = static_cast<float>(since - static_cast<double>(stay->birth)),
+          .seen = at >= stay->begin && at < stay->end};
+}
+
+void put_round(const Meshes& meshes, std::size_t mesh, const Vector3f& place, float size,
+               Vector3f* position) {
+  const Vector3f moved = place - meshes.home[mesh];
+  const float grown = size - meshes.size[mesh];
+  const Vector3f* shape = meshes.mesh.position.data();
+  for (std::size_t v = 0; v < grain_corners; ++v) position[v] = moved + grown * shape[v];
+}
+
+void put_turned(const Meshes& meshes, std::size_t mesh, const Vector3f& place, const Turned& turned,
+                float size, Vector3f* position, Vector3f* normal) {
+  const Vector3f moved = place + turned.aside - meshes.home[mesh];
+  for (std::size_t v = 0; v < meshes.mesh.position.size(); ++v) {
+    position[v] =
+        moved + size * (turned.turn * meshes.mesh.position[v]) - meshes.size[mesh] * meshes.mesh.position[v];
+    normal[v] = turned.turn * meshes.mesh.normal[v] - meshes.mesh.normal[v];
+  }
+}
+
+// Paths lie all over the memory: those of a few meshes are fetched together, then their samples.
+void put_meshes(const Meshes& meshes, double now, std::size_t first, std::size_t last, SurfaceDelta& delta) {
+  constexpr std::size_t together = 64;
+  const DriftPaths& paths = *meshes.paths;
+  const std::size_t corners = meshes.mesh.position.size();
+  const bool turning = turns(paths.form);
+  std::array<Shown, together> shown;
+  for (std::size_t begin = first; begin < last; begin += together) {
+    const std::size_t count = std::min(together, last - begin);
+    for (std::size_t i = 0; i < count; ++i) {
+      shown[i] = shown_on(meshes.shared, paths.loop.period, begin + i, now);
+      const auto* path = reinterpret_cast<const char*>(paths.paths.data() + shown[i].path);
+      __builtin_prefetch(path);
+      __builtin_prefetch(path + sizeof(DriftPath) - 1);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+      __builtin_prefetch(samples_at(paths, paths.paths[shown[i].path], shown[i].age));
+    for (std::size_t i = 0; i < count; ++i) {
+      const DriftPath& path = paths.paths[shown[i].path];
+      const float size = shown[i].seen ? path.size : 0;
+      const Vector3f place = place_at(paths, path, shown[i].age);
+      Vector3f* position = delta.position.data() + (begin + i) * corners;
+      Vector3f* normal = delta.normal.data() + (begin + i) * corners;
+      if (turning) {
+        put_turned(meshes, begin + i, place, turn_of(paths.form, path, shown[i].age), size, position, normal);
+      } else {
+        put_round(meshes, begin + i, place, size, position);
+        std::fill_n(normal, corners, Vector3f::Zero());
+      }
+    }
+  }
 }
 
 SurfaceDelta skin_of(const Meshes& meshes, double time) {
-  const DriftPaths& paths = *meshes.paths;
-  const double now = within_loop(time, paths.loop.period);
-  const std::size_t corners = meshes.mesh.position.size(), count = meshes.home.size();
+  const double now = within_loop(time, meshes.paths->loop.period);
+  const std::size_t count = meshes.home.size(), vertices = count * meshes.mesh.position.size();
   SurfaceDelta delta;
-  delta.position.resize(corners * count);
-  delta.normal.resize(corners * count);
-  const bool turning = turns(paths.form);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1024), [&](const auto& range) {
-    for (std::size_t m = range.begin(); m != range.end(); ++m) {
-      const Posed at = posed(paths, meshes.shared, m, now);
-      const DriftPath& path = paths.paths[at.path];
-      const float size = at.seen ? path.size : 0;
-      Vector3f moved = at.place - meshes.home[m];
-      Vector3f* position = delta.position.data() + m * corners;
-      Vector3f* normal = delta.normal.data() + m * corners;
-      if (!turning) {
-        const float grown = size - meshes.size[m];
-        for (std::size_t v = 0; v < corners; ++v) {
-          position[v] = moved + grown * meshes.mesh.position[v];
-          normal[v].setZero();
-        }
-        continue;
-      }
-      const Turned turned = turn_of(paths.form, path, at.age);
-      moved += turned.aside;
-      for (std::size_t v = 0; v < corners; ++v) {
-        position[v] =
-            moved + size * (turned.turn * meshes.mesh.position[v]) - meshes.size[m] * meshes.mesh.position[v];
-        normal[v] = turned.turn * meshes.mesh.normal[v] - meshes.mesh.normal[v];
-      }
-    }
-  });
+  delta.position.resize(vertices);
+  delta.normal.resize(vertices);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 4096),
+                    [&](const auto& range) { put_meshes(meshes, now, range.begin(), range.end(), delta); });
   return delta;
 }
 
@@ -414,10 +438,11 @@ Loop make_loop(std::shared_ptr<const DriftPaths> paths, const LoopFacts& facts, 
                    .size = static_cast<std::uint32_t>(meshes.mesh.position.size()),
                    .count = static_cast<std::uint32_t>(stays.mesh_count())};
     for (std::size_t m = 0; m < stays.mesh_count(); ++m) {
-      const Posed at = posed(*paths, stays, m, 0);
-      meshes.home.push_back(at.place);
-      meshes.size.push_back(paths->paths[at.path].size);
-      add_mesh(meshes.mesh, at.place, meshes.size.back(), part, *surface);
+      const Shown shown = shown_on(stays, period, m, 0);
+      const DriftPath& path = paths->paths[shown.path];
+      meshes.home.push_back(place_at(*paths, path, shown.age));
+      meshes.size.push_back(path.size);
+      add_mesh(meshes.mesh, meshes.home.back(), path.size, part, *surface);
     }
     append(stays, meshes.shared);
     surface->parts.push_back(std::move(part));

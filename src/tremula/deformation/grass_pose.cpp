@@ -69,8 +69,10 @@ void tabulate_half(const BladeKind& kind, const BladeResponse& blade, int number
       const double size = angles.norm();
       const Vec3 heading = size > 0 ? Vec3(angles.x() / size, angles.y() / size, 0) : Vec3(Vec3::UnitX());
       const RodDrag drag{size * blade.load.along, size * blade.load.tip, blade.load.decay};
-      table.directions[index_of((number * table_across + row) * table_in_plane + column)] =
-          drawn(kind, bender.bend(drag, heading));
+      const Eigen::Matrix3Xd& bent = bender.bend(drag, heading);
+      if (forwards || column < middle)
+        table.directions[index_of((number * table_across + row) * table_in_plane + column)] =
+            drawn(kind, bent);
     }
   }
 }
@@ -157,7 +159,7 @@ double phase_of(double time, double period) {
 struct Lookup {
   float cosine, sine;            // of the heading
   float now, samples_per_metre;  // sample at x = 0
-  float samples;
+  float samples, per_sample;
   float first_column, columns_per_metre;
   int columns, sample_count;
 
@@ -167,6 +169,7 @@ struct Lookup {
     sine = static_cast<float>(std::sin(heading));
     sample_count = grass.loop.sample_count;
     samples = static_cast<float>(sample_count);
+    per_sample = 1 / samples;
     now = static_cast<float>(phase_of(time, grass.loop.period) * sample_count);
     samples_per_metre =
         grass.speed > 0 ? static_cast<float>(sample_count / (grass.loop.period * grass.speed)) : 0;
@@ -178,10 +181,13 @@ struct Lookup {
   std::array<float, 2> operator()(const std::vector<std::array<float, 2>>& angle, float x, float y) const {
     const float along = cosine * x + sine * y, across = cosine * y - sine * x;
     float sample = now - samples_per_metre * along;
-    sample -= samples * std::floor(sample / samples);
+    // Not std::floor, which is a call where the machine is not known to round.
+    float periods = static_cast<float>(static_cast<int>(sample * per_sample));
+    periods -= periods > sample * per_sample ? 1.0F : 0.0F;
+    sample -= samples * periods;
     const float column =
         std::clamp((across - first_column) * columns_per_metre, 0.0F, static_cast<float>(columns - 1));
-    const int p = std::min(static_cast<int>(sample), sample_count - 1);
+    const int p = std::clamp(static_cast<int>(sample), 0, sample_count - 1);
     const int c = std::min(static_cast<int>(column), std::max(columns - 2, 0));
     const float t = sample - static_cast<float>(p), w = column - static_cast<float>(c);
     const int next = p + 1 == sample_count ? 0 : p + 1, right = c + 1 < columns ? 1 : 0;
@@ -227,13 +233,14 @@ Directions rest_directions(const std::array<float, 12>& of) {
 }
 
 Lane4 reciprocal_root(Lane4 square) {
-  Lane4 root;
-  for (int i = 0; i < lanes; ++i) root[i] = 1 / std::sqrt(square[i]);
-  return root;
+  Eigen::Array4f root;  // which knows how to take four at a time
+  std::memcpy(root.data(), &square, sizeof square);
+  root = root.sqrt();
+  return 1 / lane4(root.data());
 }
 
 // The table at angles in the blade's plane and across.
-Directions looked_up(const BendTable& table, int trajectory, float in_plane, float across) {
+inline Directions looked_up(const BendTable& table, int trajectory, float in_plane, float across) {
   const float shrink = 1 / (1 + std::sqrt(in_plane * in_plane + across * across));
   const float u = (in_plane * shrink + 1) * (0.5F * (table_in_plane - 1));
   const float v = std::abs(across) * shrink * (table_across - 1);
@@ -296,14 +303,26 @@ class Poser {
       const std::size_t kind = grass_.meadow.kind[i];
       const bool is_stem = kinds[kind].form == BladeForm::stem;
       Posed& posed = is_stem ? stem : blade;
-      stand(i, skins_[kind], stem, still, posed);
+      const bool flat = !normals && kinds[kind].form == BladeForm::blade;
+      const KindSkin& skin = skins_[kind];
+      if (skin.pieces == 3) {
+        flat ? stand<3, true>(i, skin, stem, still, posed) : stand<3, false>(i, skin, stem, still, posed);
+      } else {
+        flat ? stand<4, true>(i, skin, stem, still, posed) : stand<4, false>(i, skin, stem, still, posed);
+      }
       const std::size_t vertex = grass_.first_vertex[i];
-      dress(skins_[kind].skin, grass_.meadow.width[i], posed, positions + vertex,
-            normals ? normals + vertex : nullptr);
+      if (flat)
+        lay_flat(skin, grass_.meadow.width[i], posed, positions + vertex);
+      else
+        dress(skin.skin, grass_.meadow.width[i], posed, positions + vertex,
+              normals ? normals + vertex : nullptr);
     }
   }
 
  private:
+  // The number of pieces is known when this is compiled; so is whether it matters what is out of the flat
+  // side.
+  template <int pieces, bool flat>
   void stand(std::size_t i, const KindSkin& skin, const Posed& stem, bool still, Posed& posed) const {
     const Meadow& meadow = grass_.meadow;
     const std::size_t kind = meadow.kind[i];
@@ -326,12 +345,12 @@ class Poser {
     posed.joint[0] = Vector3f(meadow.x[i], meadow.y[i], meadow.z[i]);
     if (meadow.attached[i] >= 0) attach(meadow.attached[i], stem, posed.joint[0], d);
     const float length = meadow.length[i];
-    for (int p = 0; p < skin.pieces; ++p) {
+    for (int p = 0; p < pieces; ++p) {
       const auto at = index_of(p);
       posed.piece[at] = Vector3f(d.x[p], d.y[p], d.z[p]);
       posed.joint[at + 1] = posed.joint[at] + length * skin.shares[at] * posed.piece[at];
     }
-    face(i, d, skin.pieces, posed);
+    face<pieces, flat>(i, d, posed);
   }
 
   void attach(float where, const Posed& stem, Vector3f& foot, Directions& d) const {
@@ -344,7 +363,8 @@ class Poser {
   }
 
   // The flat side's axes are level where a blade stands upright and go with it without a twist.
-  void face(std::size_t i, const Directions& d, int pieces, Posed& posed) const {
+  template <int pieces, bool flat>
+  void face(std::size_t i, const Directions& d, Posed& posed) const {
     const float c = grass_.cos_facing[i], s = grass_.sin_facing[i];
     const Lane4 zero = {0, 0, 0, 0}, above = 1 + d.z;
     const Lane4 by = 1 / (above > 1e-3F ? above : zero + 1e-3F);
@@ -356,9 +376,20 @@ class Poser {
     for (int joint = 0; joint <= pieces; ++joint) {
       const int low = std::max(joint - 1, 0), high = std::min(joint, pieces - 1);
       const auto mean = [&](const Lane4& values) { return 0.5F * (values[low] + values[high]); };
-      posed.out[index_of(joint)] = Vector3f(mean(out_x), mean(out_y), -mean(out_t));
+      if constexpr (!flat) posed.out[index_of(joint)] = Vector3f(mean(out_x), mean(out_y), -mean(out_t));
       posed.across[index_of(joint)] = Vector3f(mean(across_x), mean(across_y), -mean(across_t));
     }
+  }
+
+  // As dress does for blades without normals, in half the time.
+  static void lay_flat(const KindSkin& skin, float width, const Posed& posed, Vector3f* positions) {
+    for (int joint = 0; joint < skin.pieces; ++joint) {
+      const auto at = index_of(joint);
+      const Vector3f side = width * skin.skin.vertices[2 * at + 1].across * posed.across[at];
+      positions[2 * at] = posed.joint[at] - side;
+      positions[2 * at + 1] = posed.joint[at] + side;
+    }
+    positions[2 * skin.pieces] = posed.joint[index_of(skin.pieces)];
   }
 
   static void dress(const BladeSkin& skin, float width, const Posed& posed, Vector3f* positions,

@@ -50,11 +50,57 @@ void fill(FieldMap<Value>& map, const Make& make) {
   });
 }
 
-const std::vector<Texels>& patch_at(const VolumeField& field, int column, int row) {
-  if (field.patches.size() == 1) return field.patches.front();
+std::size_t variant_at(const VolumeField& field, int column, int row) {
+  if (field.patches.size() == 1) return 0;
   const std::uint32_t number = mixed(mixed(static_cast<std::uint32_t>(column) + field.seed) +
                                      0x9e3779b9U * static_cast<std::uint32_t>(row));
-  return field.patches[number % field.patches.size()];
+  return number % field.patches.size();
+}
+
+// A place of the field in the square of the patch that it lies in.
+struct InPatch {
+  std::size_t variant;
+  Vector3f within;  // [m]
+};
+InPatch in_patch(const VolumeField& field, const RestPlace& rest) {
+  const Vector3f size = field.patches.front().front().size();
+  const float column = std::floor(rest.at.x() / size.x()), row = std::floor(rest.at.y() / size.y());
+  return {variant_at(field, static_cast<int>(column), static_cast<int>(row)),
+          {rest.at.x() - column * size.x(), rest.at.y() - row * size.y(),
+           rest.s * static_cast<float>(field.height)}};
+}
+
+ClearBlocks clear_blocks(const VolumeField& field) {
+  const Texels& shape = field.patches.front().front();
+  ClearBlocks blocks;
+  for (std::size_t i = 0; i < 3; ++i) blocks.count[i] = (shape.count[i] + clear_block - 1) / clear_block;
+  const auto [nx, ny, nz] = blocks.count;
+  const auto at = [&](int x, int y, int z) { return index_of((z * ny + y) * nx + x); };
+  for (const std::vector<Texels>& levels : field.patches) {
+    const Texels& texels = levels.front();
+    std::vector<std::uint8_t> full(index_of(nx * ny * nz), 0), clear(full.size(), 1);
+    for (int z = 0; z < texels.count[2]; ++z) {
+      for (int y = 0; y < texels.count[1]; ++y) {
+        for (int x = 0; x < texels.count[0]; ++x) {
+          if (texels.values[texels.index(x, y, z)].density > 0)
+            full[at(x / clear_block, y / clear_block, z / clear_block)] = 1;
+        }
+      }
+    }
+    for (int z = 0; z < nz; ++z) {
+      for (int y = 0; y < ny; ++y) {
+        for (int x = 0; x < nx; ++x) {
+          for (int k = 0; k < 27; ++k) {
+            const int above = std::clamp(z + k / 9 - 1, 0, nz - 1);
+            if (full[at((x + k % 3 - 1 + nx) % nx, (y + k / 3 % 3 - 1 + ny) % ny, above)] != 0)
+              clear[at(x, y, z)] = 0;
+          }
+        }
+      }
+    }
+    blocks.clear.push_back(std::move(clear));
+  }
+  return blocks;
 }
 
 int wrapped(float place, int count) {  // place in cells, within a patch or a little beyond
@@ -103,14 +149,19 @@ VolumeGround prepare_volume(std::shared_ptr<const VolumeField> field) {
   });
   ground.unbent = std::make_shared<const UnbentTable>();
   ground.tallness = std::move(map);
+  ground.clear = std::make_shared<const ClearBlocks>(clear_blocks(*field));
   ground.field = std::move(field);
   return ground;
 }
 
 PosedVolume pose_volume(const VolumeGround& ground, double time, double shutter) {
   const VolumeField& field = *ground.field;
-  PosedVolume posed{
-      .field = ground.field, .unbent = ground.unbent, .tallness = ground.tallness, .bend = {}, .bounds = {}};
+  PosedVolume posed{.field = ground.field,
+                    .unbent = ground.unbent,
+                    .tallness = ground.tallness,
+                    .clear = ground.clear,
+                    .bend = {},
+                    .bounds = {}};
   const double most = field.sway ? field.most_sway : 0;
   const double finest = std::max(0.02, std::min(0.2, (field.high - field.low).minCoeff() / 32));
   posed.bend = map_over<Vector4f>(field, most, finest, 1536);
@@ -161,13 +212,8 @@ bool unbend(const PosedVolume& volume, const Vector3f& place, float shutter, Vec
 
 TexelValue value_at(const PosedVolume& volume, const RestPlace& rest, int level, const Vector3f& jitter) {
   const VolumeField& field = *volume.field;
-  const Texels& shape = field.patches.front().front();
-  const Vector3f size = shape.size();
-  const float column = std::floor(rest.at.x() / size.x()), row = std::floor(rest.at.y() / size.y());
-  const Texels& texels =
-      patch_at(field, static_cast<int>(column), static_cast<int>(row))[static_cast<std::size_t>(level)];
-  const Vector3f within(rest.at.x() - column * size.x(), rest.at.y() - row * size.y(),
-                        rest.s * static_cast<float>(field.height));
+  const auto [variant, within] = in_patch(field, rest);
+  const Texels& texels = field.patches[variant][static_cast<std::size_t>(level)];
   const Vector3f cell = within.cwiseQuotient(texels.cell) + jitter;
   const int layer = std::clamp(static_cast<int>(std::floor(cell.z())), 0, texels.count[2] - 1);
   const Texel& texel = texels.values[texels.index(wrapped(cell.x(), texels.count[0]),
@@ -182,6 +228,23 @@ TexelValue value_at(const PosedVolume& volume, const RestPlace& rest, int level,
   value.axis = turned / stretch;
   value.density *= stretch / cosine;
   return value;
+}
+
+float clearance_at(const PosedVolume& volume, const RestPlace& rest) {
+  const VolumeField& field = *volume.field;
+  const auto [variant, within] = in_patch(field, rest);
+  const Texels& texels = field.patches[variant].front();
+  const ClearBlocks& blocks = *volume.clear;
+  std::array<int, 3> block{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    block[i] =
+        std::clamp(static_cast<int>(within[k] / (texels.cell[k] * clear_block)), 0, blocks.count[i] - 1);
+  }
+  const auto at = index_of((block[2] * blocks.count[1] + block[1]) * blocks.count[0] + block[0]);
+  // Half a texel less, for who looks up beside the place; heights are pressed together by the cosine.
+  return blocks.clear[variant][at] != 0 ? (clear_block - 1) * texels.cell.minCoeff() * std::cos(rest.angle)
+                                        : 0;
 }
 
 Texels resample(const PosedVolume& volume, const Vector3d& low, const std::array<int, 3>& count,

@@ -5,6 +5,7 @@
 #include "tremula/deformation/bent_space.hpp"
 #include "tremula/geometry/texels.hpp"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -24,7 +25,7 @@ struct VolumeField {
   double height = 1;                            // of the texture, 0 … that: the plants may be lower [m]
   // How tall plants are at a place, by what they would be, 0 … 1; empty: 1.
   std::function<double(const Eigen::Vector2d& place)> tallness;
-  TopSway sway;             // empty: they stand still
+  TopSway sway;          // empty: they stand still
   double most_sway = 0;  // no top is displaced further, or that far counts [m]
   std::uint32_t seed = 1;
 };
@@ -61,11 +62,19 @@ struct FieldMap {
   }
 };
 
+// Blocks of so many texels, across, of every variant: 1 where they and all blocks around them are empty.
+inline constexpr int clear_block = 4;
+struct ClearBlocks {
+  std::array<int, 3> count = {1, 1, 1};
+  std::vector<std::vector<std::uint8_t>> clear;  // (variants)
+};
+
 // The field at one time, or while a shutter is open, from 0 to 1.
 struct PosedVolume {
   std::shared_ptr<const VolumeField> field;
   std::shared_ptr<const UnbentTable> unbent;
   std::shared_ptr<const FieldMap<float>> tallness;
+  std::shared_ptr<const ClearBlocks> clear;
   FieldMap<Eigen::Vector4f> bend;  // tip_angle() times the unit vector in which tops go: opening, closing
   Eigen::AlignedBox3f bounds;      // of all that is there [m]
 };
@@ -75,6 +84,7 @@ struct VolumeGround {
   std::shared_ptr<const VolumeField> field;
   std::shared_ptr<const UnbentTable> unbent;
   std::shared_ptr<const FieldMap<float>> tallness;
+  std::shared_ptr<const ClearBlocks> clear;
 };
 VolumeGround prepare_volume(std::shared_ptr<const VolumeField> field);
 // Throws Error where the sway is not finite.
@@ -96,6 +106,9 @@ bool unbend(const PosedVolume& volume, const Eigen::Vector3f& place, float shutt
 // texels. Density 0 where there is nothing.
 TexelValue value_at(const PosedVolume& volume, const RestPlace& rest, int level,
                     const Eigen::Vector3f& jitter = Eigen::Vector3f::Zero());
+
+// How far there is nothing around a place of the finest texture [m]: a lower bound, often 0.
+float clearance_at(const PosedVolume& volume, const RestPlace& rest);
 
 // A box of the posed field as texels of its own that do not repeat: for files. `low`: of the box [m]; `count`
 // texels of `cell` [m]. Throws InputError for more than most_texels.

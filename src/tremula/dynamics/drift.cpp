@@ -71,7 +71,7 @@ double normal_number(double a, double b) {
 
 Candidate draw(const Drift& drift, const Door& door, double period, std::uint64_t number) {
   const auto pair = [&](std::uint32_t of) {
-    return two_uniforms({drift.seed, RandomStream{15}, door.number + 16 * of, number});
+    return two_uniforms({drift.seed, RandomStream::drift, door.number + 16 * of, number});
   };
   const auto [x, y] = pair(0);
   const auto [z, time] = pair(1);
@@ -467,11 +467,29 @@ DriftPaths carry(const TravellingField& gusts, const Drift& drift) {
   return result;
 }
 
-Vector3f place_at(const DriftPaths& paths, const DriftPath& path, float age) {
+namespace {
+
+struct OnPath {
+  float within = 0;            // its age in the air
+  std::uint32_t interval = 0;  // of samples
+  float share = 0;             // of the interval
+};
+
+OnPath on_path(const DriftPaths& paths, const DriftPath& path, float age) {
   const float within = std::clamp(age, 0.0F, path.air_time);
   const float position = within / static_cast<float>(paths.step);
   const auto interval = std::min(static_cast<std::uint32_t>(position), path.count - 4);
-  const float t = position - static_cast<float>(interval);
+  return {within, interval, position - static_cast<float>(interval)};
+}
+
+}  // namespace
+
+const std::array<std::int16_t, 3>* samples_at(const DriftPaths& paths, const DriftPath& path, float age) {
+  return paths.off_line.data() + path.first + on_path(paths, path, age).interval;
+}
+
+Vector3f place_at(const DriftPaths& paths, const DriftPath& path, float age) {
+  const auto [within, interval, t] = on_path(paths, path, age);
   const std::array<float, 4> weights = {((-0.5F * t + 1) * t - 0.5F) * t, (1.5F * t - 2.5F) * t * t + 1,
                                         ((-1.5F * t + 2) * t + 0.5F) * t, (0.5F * t - 0.5F) * t * t};
   const auto* samples = paths.off_line.data() + path.first + interval;

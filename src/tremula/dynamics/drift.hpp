@@ -9,6 +9,7 @@
 #pragma once
 
 #include "tremula/base/types.hpp"
+#include "tremula/numerics/random.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/travelling_field.hpp"
 
@@ -111,6 +112,9 @@ inline constexpr double most_drift_samples = 6e8;  // 3.6 GB
 // Where one is at an age [s]: cubic between samples (Catmull and Rom); where it came to rest after its time
 // in the air.
 Eigen::Vector3f place_at(const DriftPaths& paths, const DriftPath& path, float age);
+
+// Of DriftPaths::off_line, the four that the place at an age is made of: for who fetches them beforehand.
+const std::array<std::int16_t, 3>* samples_at(const DriftPaths& paths, const DriftPath& path, float age);
 
 struct DriftSight {
   Eigen::Vector3f place;

@@ -291,12 +291,12 @@ TravellingField respond(const TravellingField& gusts, const FieldResponse& respo
   for (int c = 0; c < 3; ++c) {
     if (*impedances[index_of(c)]) at_rest[c] = response_at(*impedances[index_of(c)], 0).real();
   }
-  TravellingField answer{.loop = gusts.loop,
-                         .heading = gusts.heading,
-                         .speed = gusts.speed,
-                         .plane = gusts.plane,
-                         .mean = {},
-                         .values = {}};
+  TravellingField answer;
+  answer.loop = gusts.loop;
+  answer.heading = gusts.heading;
+  answer.speed = gusts.speed;
+  answer.plane = gusts.plane;
+  answer.ground = gusts.ground;
   for (const Vec3& mean : gusts.mean)
     answer.mean.emplace_back(axes * at_rest.cwiseProduct(axes.transpose() * mean));
   answer.values.resize(gusts.values.size());

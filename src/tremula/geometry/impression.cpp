@@ -118,7 +118,11 @@ void grow_oak(ImpressionistTree& tree) {
   add_lobes(tree, draw, {0, 0, middle}, {w, w, h - middle}, 22, 0.36, -0.42);
 }
 
+// What is slim is all silhouette: it keeps more leaves there.
+constexpr float edge_of_slim = 0.3F;
+
 void grow_poplar(ImpressionistTree& tree) {
+  tree.cover.edge = edge_of_slim;
   Draw draw(tree.seed);
   const double h = tree.height, w = tree.width / 2, bottom = 0.08 * h, half = (h - bottom) / 2;
   tree.crown.push_back(ellipsoid({0, 0, bottom + half}, {0.75 * w, 0.75 * w, half}));
@@ -135,6 +139,7 @@ void grow_poplar(ImpressionistTree& tree) {
 
 // Tiers of cones, each over the edge of the next.
 void grow_pine(ImpressionistTree& tree) {
+  tree.cover.edge = edge_of_slim;
   Draw draw(tree.seed);
   const double h = tree.height, bottom = 0.12 * h;
   constexpr int tiers = 9;

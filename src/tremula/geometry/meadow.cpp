@@ -85,7 +85,7 @@ GrassSpecies wheat() {
   BladeKind stem;
   stem.form = BladeForm::stem;
   stem.material = "straw";
-  stem.color = {0.62F, 0.55F, 0.27F};
+  stem.color = {0.64F, 0.58F, 0.36F};
   stem.length = 1;
   stem.length_spread = 0.1;
   stem.pieces = 4;
@@ -102,7 +102,7 @@ GrassSpecies wheat() {
   BladeKind ear;
   ear.form = BladeForm::ear;
   ear.material = "ear";
-  ear.color = {0.66F, 0.54F, 0.25F};
+  ear.color = {0.68F, 0.59F, 0.37F};
   ear.length = 0.13;
   ear.length_spread = 0.15;
   ear.pieces = 4;
@@ -146,7 +146,7 @@ GrassSpecies rice() {
   stem.frequency = 1.1;
   stem.mass = 5e-3;
   stem.tip_mass = 3e-3;
-  panicle.color = {0.68F, 0.58F, 0.22F};
+  panicle.color = {0.64F, 0.59F, 0.33F};
   panicle.length = 0.24;
   panicle.width = 0.011;
   panicle.lean = {0.5, 1.1};

@@ -127,8 +127,8 @@ void plant(StrandPatch& patch, const Rows& rows, float margin, const StrandOptio
 // ---- Rice
 
 const Look rice_culm = {{0.17F, 0.19F, 0.06F}, {0.24F, 0.31F, 0.08F}};
-const Look rice_leaf = {{0.12F, 0.24F, 0.045F}, {0.27F, 0.33F, 0.075F}};
-const Look rice_ear = {{0.34F, 0.36F, 0.09F}, {0.62F, 0.47F, 0.15F}};
+const Look rice_leaf = {{0.075F, 0.17F, 0.03F}, {0.20F, 0.27F, 0.06F}};
+const Look rice_ear = {{0.27F, 0.29F, 0.09F}, {0.46F, 0.36F, 0.14F}};
 
 void add_panicle(StrandPatch& patch, const Vector3f& start, float azimuth, float angle, Draw& draw) {
   const Look look = varied(rice_ear, draw, 0.3F);
@@ -183,7 +183,7 @@ void add_culm(StrandPatch& patch, const Vector2f& hill, Draw& draw) {
     add(patch, points, blade(points.size(), draw.between(0.008F, 0.012F)), varied(rice_leaf, draw, 0.4F),
         stem[node].z());
   }
-  if (draw.unit() < 0.85F) add_panicle(patch, stem.back(), azimuth, culm.last_angle, draw);
+  if (draw.unit() < 0.7F) add_panicle(patch, stem.back(), azimuth, culm.last_angle, draw);
 }
 
 StrandPatch rice(const StrandOptions& options) {
@@ -263,16 +263,27 @@ StrandPatch moss(const StrandOptions& options) {
 
 // ---- Fur
 
-const Look guard_hair = {{0.20F, 0.12F, 0.06F}, {0.46F, 0.30F, 0.16F}};
-const Look under_fur = {{0.30F, 0.23F, 0.17F}, {0.40F, 0.30F, 0.20F}};
+const Look guard_hair = {{0.10F, 0.055F, 0.025F}, {0.42F, 0.26F, 0.13F}};
+const Look under_fur = {{0.14F, 0.10F, 0.07F}, {0.22F, 0.15F, 0.10F}};
 
-void add_hair(StrandPatch& patch, const Vector2f& at, bool guard, Draw& draw) {
+// Hairs stick together in tufts: which way from a foot the tip of its tuft lies [m].
+Vector2f to_tuft(const Vector2f& at, std::uint64_t seed) {
+  constexpr float apart = 0.01F;
+  const Eigen::Array2i cell = (at / apart).array().floor().cast<int>();
+  Draw draw(seed, 2, static_cast<std::uint64_t>((cell.x() & 0xfff) << 12 | (cell.y() & 0xfff)));
+  const Vector2f inside(draw.between(0.2F, 0.8F), draw.between(0.2F, 0.8F));
+  return apart * (cell.cast<float>().matrix() + inside) - at;
+}
+
+void add_hair(StrandPatch& patch, const Vector2f& at, bool guard, std::uint64_t seed, Draw& draw) {
   patch.feet.push_back(at);
+  const Vector2f away = Vector2f(0.012F, 0) + 1.6F * to_tuft(at, seed);
+  const float loose = guard ? 0.15F : 0.9F, lean = std::min(1.0F, away.norm() / 0.016F);
   const Arc hair{.start = {at.x(), at.y(), 0},
-                 .length = guard ? draw.between(0.036F, 0.046F) : draw.between(0.016F, 0.024F),
-                 .azimuth = draw.between(-0.3F, 0.3F) + (guard ? 0 : draw.between(-0.8F, 0.8F)),
-                 .first_angle = draw.between(0.2F, 0.5F),
-                 .last_angle = guard ? draw.between(0.9F, 1.4F) : draw.between(0.6F, 1.8F),
+                 .length = guard ? draw.between(0.036F, 0.046F) : draw.between(0.014F, 0.022F),
+                 .azimuth = std::atan2(away.y(), away.x()) + draw.between(-loose, loose),
+                 .first_angle = draw.between(0.1F, 0.25F) + 0.3F * lean,
+                 .last_angle = guard ? 0.35F + 0.8F * lean + draw.between(0, 0.2F) : draw.between(0.6F, 1.8F),
                  .sharpness = 1,
                  .pieces = 7};
   const std::vector<Vector3f> points = points_of(hair);
@@ -289,10 +300,11 @@ StrandPatch fur(const StrandOptions& options) {
            .rows = across,
            .spacing = Vector2f::Constant(0.12F / static_cast<float>(across)),
            .jitter = 0.9F},
-          0.04F, options, bin, [&](const Vector2f& foot, Draw& draw) { add_hair(patch, foot, guard, draw); });
+          0.04F, options, bin,
+          [&](const Vector2f& foot, Draw& draw) { add_hair(patch, foot, guard, options.seed, draw); });
   };
-  hairs(96, true, 0);
-  hairs(150, false, 1);
+  hairs(110, true, 0);
+  hairs(120, false, 1);
   return patch;
 }
 

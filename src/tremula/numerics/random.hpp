@@ -22,11 +22,12 @@ enum class RandomStream : std::uint32_t {
   waves = 8,
   placing = 9,
   grass = 10,
+  impressions = 13,
   strands = 14,
+  drift = 15,
   lattice_u = 20,
   lattice_v = 21,
   lattice_w = 22,
-  impressions = 13,
   test = 1000,
 };
 

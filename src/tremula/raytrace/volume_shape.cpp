@@ -84,6 +84,7 @@ class March {
     for (float t = way.from; t < end;) {
       const int level = level_at(t, chance.unit());
       const float step = std::min(cells_[static_cast<std::size_t>(level)], way.to - t);
+      float next = t + step;
       // Where in the step is looked is by chance, so that no layers are seen.
       const std::uint32_t bits = chance.bits();
       const float here = t + step * unit_of(hash(bits));
@@ -96,8 +97,8 @@ class March {
           return hit.distance <= end;
         }
         left -= depth;
+        if (value.density == 0) next = std::max(next, here + clearance_at(volume_, rest));
       }
-      const float next = t + step;
       if (!(next > t)) break;  // farther away than numbers can tell
       t = next;
     }

@@ -189,7 +189,7 @@ void RodBender::stand() {
 }
 
 const Eigen::Matrix3Xd& RodBender::bend(const RodDrag& drag, const Vec3& heading) {
-  constexpr int most_steps = 20'000;
+  constexpr int most_steps = 4000;
   const double h = rod_.length / rod_.pieces;
   const VectorXd drags = forces_of(rod_, drag, 2);
   std::vector<Eigen::Vector2d> step(strains_.size(), Eigen::Vector2d::Zero());
@@ -209,13 +209,14 @@ const Eigen::Matrix3Xd& RodBender::bend(const RodDrag& drag, const Vec3& heading
       now += way.squaredNorm();
       step[i] = way;
     }
-    if (off < tolerance_) return directions_;
+    at_rest_ = off < tolerance_;
+    if (at_rest_) break;
     share = onwards < 0.6 * std::sqrt(before * now) ? 0.6 * share : std::min(1.08 * share, 1.0);
     const double most = 0.3 / off;  // a turn between two pieces that is not lost sight of [rad]
     for (std::size_t i = 0; i < strains_.size(); ++i) strains_[i] += std::min(share, most) * step[i];
     stand();
   }
-  throw Error("a rod does not come to rest in the wind");
+  return directions_;
 }
 
 Eigen::Matrix3Xd bend_rod(const HeavyRod& rod, const Eigen::Matrix3Xd& rest, const RodDrag& drag,
@@ -227,7 +228,9 @@ Eigen::Matrix3Xd bend_rod(const HeavyRod& rod, const Eigen::Matrix3Xd& rest, con
     const double share = static_cast<double>(i) / loads;
     bender.bend({share * drag.along, share * drag.tip, drag.decay}, heading);
   }
-  return bender.bend(drag, heading);
+  const Eigen::Matrix3Xd bent = bender.bend(drag, heading);
+  if (!bender.is_at_rest()) throw Error("a rod does not come to rest in the wind");
+  return bent;
 }
 
 }  // namespace tremula

@@ -55,11 +55,13 @@ Eigen::Matrix3Xd bend_rod(const HeavyRod& rod, const Eigen::Matrix3Xd& rest, con
                           const Vec3& heading);
 
 // The same many times, from one load to a near one: starts at the shape of the load before. tolerance: of the
-// turn between two pieces [rad].
+// turn between two pieces [rad]. A rod that leans against a strong wind may find no rest, for drag is no
+// potential: then it is left where it has come to.
 class RodBender {
  public:
   RodBender(const HeavyRod& rod, const Eigen::Matrix3Xd& rest, double tolerance = 1e-9);
   const Eigen::Matrix3Xd& bend(const RodDrag& drag, const Vec3& heading);
+  bool is_at_rest() const { return at_rest_; }  // under the last load
 
  private:
   using Moments = std::vector<Vec3>;
@@ -68,6 +70,7 @@ class RodBender {
 
   HeavyRod rod_;
   double tolerance_;
+  bool at_rest_ = true;
   Moments moments_;                              // of what is above a joint, about it
   std::vector<Mat3> rest_turns_, frames_;        // of a piece against the one before, and of the piece
   std::vector<Eigen::Vector2d> rest_, strains_;  // moments at rest, and turns beyond it; of the joints' axes
