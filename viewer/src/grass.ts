@@ -416,7 +416,8 @@ export function readGrass(data: ArrayBuffer): Loop {
   const low = new Vector3(...low_m), high = new Vector3(...low_m).addScaledVector(new Vector3(...step_m), 65535);
   root.add(makeSoil(header, low, high));
   root.updateMatrixWorld(true);
-  const extent = new Box3(new Vector3(low.x, low.z, -high.y), new Vector3(high.x, high.z + header.height_m, -low.y));
+  const tallest = Math.max(header.height_m, 65535 * header.blades.length_step_m);
+  const extent = new Box3(new Vector3(low.x, low.z, -high.y), new Vector3(high.x, high.z + tallest, -low.y));
   const rows = Math.max(...['grassBlades', 'grassResponses', 'grassBends'].map(
       (name) => (uniforms[name].value as DataTexture).image.height));
   return {

@@ -69,7 +69,7 @@ export class Stage {
     const radius = Math.max(size.x, size.z) / 2, half = Math.tan(MathUtils.degToRad(this.camera.fov / 2));
     // A meadow is looked over, from beside it, and need not be in the picture to its corners.
     const share = this.isField ? 0.8 : 1.12, polar = MathUtils.degToRad(this.isField ? 74 : 85);
-    const distance = radius + share * Math.max(size.y / 2 / half, radius / half / this.camera.aspect);
+    const distance = radius + Math.max(1.12 * size.y / 2 / half, share * radius / half / this.camera.aspect);
     const direction = new Vector3(Math.sin(polar) * Math.cos(this.azimuth), Math.cos(polar),
                                   -Math.sin(polar) * Math.sin(this.azimuth));
     this.controls.target.copy(center).addScaledVector(new Vector3(0, -1, 0), 0.06 * size.y);
