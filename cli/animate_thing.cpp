@@ -2,9 +2,12 @@
 // name of a species.
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
+#include "tremula/io/grass_page.hpp"
 
 #include <algorithm>
 #include <array>
+#include <iterator>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -44,11 +47,27 @@ void refuse_unless_grass(const Scene& scene, const std::string& name) {
   }
 }
 
+bool is_page(const LoopWriter* writer) { return writer->extension == "html"; }
+
+SceneGrass around_origin(SceneGrass grass, double half) {
+  grass.low.setConstant(-half);
+  grass.high.setConstant(half);
+  return grass;
+}
+
+void check_moves(const SceneThing& model) {
+  const Loop& loop = *model.loops.front();
+  if (loop.coordinates.cols() > 0) return;
+  throw InputError(model.name, std::to_string(loop.rest->vertex_count()) + " vertices",
+                   "fewer, for files that move by morph targets: a smaller field or a lower density");
+}
+
 }  // namespace
 
 bool AnimateCommand::animate_grass(const CLI::App& flags,
                                    const std::vector<const LoopWriter*>& writers) const {
-  constexpr double half = 0.5;  // of a patch, to be laid side by side [m]
+  constexpr double half = 0.5;       // of a patch, to be laid side by side [m]
+  constexpr double page_half = 3.0;  // of one to look at
   const bool preset = is_grass(plant.input);
   if (!preset && !is_scene(plant.input)) return false;
   if (preset && !object.empty()) throw InputError("--object", "given with " + plant.input, "a scene (.toml)");
@@ -73,31 +92,43 @@ bool AnimateCommand::animate_grass(const CLI::App& flags,
   WarningLog warnings;
   const FilmCamera nobody;
   log.begin("grass");
-  const SceneThing thing = make_grass(*grass, {scene, commands, nobody, log, warnings});
-  const Loop& loop = *thing.loops.front();
-  if (loop.coordinates.cols() == 0 && !writers.empty()) {
-    throw InputError(grass->name, std::to_string(loop.rest->vertex_count()) + " vertices",
-                     "fewer, for files that move by morph targets: a smaller field or a lower density");
-  }
+  const ThingSite site{scene, commands, nobody, log, warnings};
+  const auto pages = std::ranges::count_if(writers, is_page);
+  std::optional<GrassOfPage> page;
+  std::optional<SceneThing> model;
+  if (pages > 0) page = make_grass_of_page(preset ? around_origin(*grass, page_half) : *grass, site);
+  if (pages < std::ssize(writers) || writers.empty()) model = make_grass(*grass, site);
+  if (model && !writers.empty()) check_moves(*model);
   const LoopWriteOptions options{.morphs = morph_forms.at(morphs),
                                  .compression = compressions.at(compression)};
-  encode_outputs(loop, {}, writers, options, 0, log, files);
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    log.begin("write ." + std::string(writers[i]->extension));
+    if (is_page(writers[i])) {
+      files.add(outputs[i], encode_grass_page(page->grass, page->facts),
+                std::to_string(page->grass.blade_count()) + " blades");
+    } else {
+      files.add(outputs[i], writers[i]->encode(*model->loops.front(), options),
+                writers[i]->extension == "glb" ? "morph targets" : "");
+    }
+  }
   log.finish();
   if (!report.empty()) {
-    files.add(report, text_of({{"tremula", TREMULA_VERSION},
-                               {"input", plant.input},
-                               {"species", grass->species},
-                               {"blades", thing.count},
-                               {"vertices", loop.rest->vertex_count()},
-                               {"shapes", loop.coordinates.cols()},
-                               {"wind_speed_m_s", commands.wind.speed},
-                               {"heading_deg", commands.wind.heading},
-                               {"period_s", commands.loop.period},
-                               {"frames_per_second", commands.frames_per_second},
-                               {"warnings", warnings.lines},
-                               {"outputs", outputs},
-                               {"stages", log.json()},
-                               {"peak_bytes", peak_bytes()}}));
+    Json told = {{"tremula", TREMULA_VERSION}, {"input", plant.input}, {"species", grass->species}};
+    if (model) {
+      told["blades"] = model->count;
+      told["vertices"] = model->loops.front()->rest->vertex_count();
+      told["shapes"] = model->loops.front()->coordinates.cols();
+    }
+    if (page) told["page"] = {{"blades", page->grass.blade_count()}, {"vertices", page->grass.all_vertices}};
+    told.update({{"wind_speed_m_s", commands.wind.speed},
+                 {"heading_deg", commands.wind.heading},
+                 {"period_s", commands.loop.period},
+                 {"frames_per_second", commands.frames_per_second},
+                 {"warnings", warnings.lines},
+                 {"outputs", outputs},
+                 {"stages", log.json()},
+                 {"peak_bytes", peak_bytes()}});
+    files.add(report, text_of(told));
   }
   files.commit();
   files.announce();

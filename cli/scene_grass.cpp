@@ -1,4 +1,5 @@
 #include "tremula/deformation/grass_pose.hpp"
+#include "tremula/io/grass_page.hpp"
 #include "tremula/scene/placing.hpp"
 
 #include <algorithm>
@@ -97,18 +98,29 @@ SowOptions options_of(const SceneGrass& grass, const GrassSpecies& species, cons
   return options;
 }
 
-SceneThing thing_of(Meadow meadow, const std::string& name, const Vector2d& low, const Vector2d& high,
-                    std::uint64_t seed, const ThingSite& site) {
+// Over a field from `low` to `high`.
+TravellingField gusts_over(const Meadow& meadow, const Vector2d& low, const Vector2d& high,
+                           const ThingSite& site) {
   const double spacing = std::clamp((high - low).maxCoeff() / 200, 0.25, 2.0);
-  const TravellingField gusts = site.gusts(low, high, spacing, {meadow.height});
+  return site.gusts(low, high, spacing, {meadow.height});
+}
+
+LoopFacts facts_of(const std::string& name, std::uint64_t seed, const ThingSite& site) {
   LoopFacts facts;
   facts.name = name;
   facts.frames_per_second = site.commands.frames_per_second;
   facts.wind_speed = site.commands.wind.speed;
   facts.heading = site.commands.wind.heading;
   facts.seed = seed;
+  return facts;
+}
+
+SceneThing thing_of(Meadow meadow, const std::string& name, const Vector2d& low, const Vector2d& high,
+                    std::uint64_t seed, const ThingSite& site) {
+  const TravellingField gusts = gusts_over(meadow, low, high, site);
   SceneThing thing{.name = name, .kind = meadow.species.name, .count = meadow.size()};
-  thing.loops.push_back(std::make_shared<const Loop>(make_grass_loop(std::move(meadow), gusts, facts)));
+  thing.loops.push_back(
+      std::make_shared<const Loop>(make_grass_loop(std::move(meadow), gusts, facts_of(name, seed, site))));
   return thing;
 }
 
@@ -131,6 +143,14 @@ SceneThing make_grass(const SceneGrass& grass, const ThingSite& site) {
   const GrassSpecies species = species_of(grass);
   Meadow meadow = sow(species, options_of(grass, species, site));
   return thing_of(std::move(meadow), grass.name, grass.low, grass.high, grass.seed, site);
+}
+
+GrassOfPage make_grass_of_page(const SceneGrass& grass, const ThingSite& site) {
+  const GrassSpecies species = species_of(grass);
+  Meadow meadow = sow(species, options_of(grass, species, site));
+  check_blades_of_page(meadow.size());
+  const TravellingField gusts = gusts_over(meadow, grass.low, grass.high, site);
+  return {put_in_wind(std::move(meadow), gusts), facts_of(grass.name, grass.seed, site)};
 }
 
 std::optional<SceneThing> make_ground_grass(const ThingSite& site, std::vector<Eigen::Vector3d>& sown) {

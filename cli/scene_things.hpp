@@ -2,6 +2,7 @@
 // gusts themselves. All of them take the wind that the objects have; none makes one.
 #pragma once
 
+#include "tremula/deformation/grass_pose.hpp"
 #include "tremula/scene/film_camera.hpp"
 #include "tremula/wind/travelling_field.hpp"
 
@@ -42,6 +43,13 @@ SceneThing make_drift(const SceneDrift& drift, const ThingSite& site);
 SceneThing make_impression(const SceneImpression& impression, const ThingSite& site);
 SceneThing make_volume(const SceneVolume& volume, const ThingSite& site);
 SceneThing make_gusts(const SceneGusts& gusts, const ThingSite& site);
+
+// The same grass as a page holds it (io/grass_page.hpp). Throws InputError for more than one can.
+struct GrassOfPage {
+  GrassInWind grass;
+  LoopFacts facts;
+};
+GrassOfPage make_grass_of_page(const SceneGrass& grass, const ThingSite& site);
 
 // Grass of the ground near the cameras of the film, where there is any and it moves; and the circles (x, y
 // and radius) that it covers [m].

@@ -6,6 +6,8 @@
 
 #include <gmock/gmock.h>
 
+#include "tremula/io/html.hpp"
+
 namespace tremula {
 namespace {
 
@@ -71,6 +73,26 @@ TEST_F(Grass, TooMuchOfItForMorphTargetsIsRefusedWithItsNumber) {
   EXPECT_EQ(outcome.code, 2);
   EXPECT_THAT(outcome.messages, HasSubstr("vertices"));
   EXPECT_FALSE(std::filesystem::exists(folder / "a.glb"));
+}
+
+TEST_F(Grass, OfAPageIsAWholeFieldAndSaysHowManyBlades) {
+  if (!can_write_html()) GTEST_SKIP() << "built without node and npm";
+  write(folder / "s.toml",
+        "[motion]\nperiod = 2\nfps = 5\n[[grass]]\nspecies = \"lawn\"\nlow = [0, 0]\nhigh = [4, 4]\n");
+  const Outcome outcome = run(folder, "animate s.toml -o a.html --report a.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_THAT(outcome.messages, HasSubstr(" blades"));
+  EXPECT_THAT(contents(folder / "a.json"), HasSubstr("\"page\": {"));
+}
+
+TEST_F(Grass, MoreThanAPageHoldsIsRefusedWithItsNumber) {
+  if (!can_write_html()) GTEST_SKIP() << "built without node and npm";
+  write(folder / "s.toml",
+        "[motion]\nperiod = 2\nfps = 5\n[[grass]]\nspecies = \"meadow\"\nlow = [0, 0]\nhigh = [40, 40]\n");
+  const Outcome outcome = run(folder, "animate s.toml -o a.html");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("at most 1500000"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.html"));
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // What the page holds: the plant, and how it moves over one loop.
-import {Mesh, MeshStandardMaterial, Object3D, SkinnedMesh, Vector3, type BufferAttribute} from 'three';
+import {Mesh, MeshStandardMaterial, Object3D, SkinnedMesh, Vector3, type Box3, type BufferAttribute, type WebGLRenderer} from 'three';
 import {MeshoptDecoder} from 'three/addons/libs/meshopt_decoder.module.js';
 import {GLTFLoader, type GLTF} from 'three/addons/loaders/GLTFLoader.js';
 import {Bones, ShapeTable, type ClipFacts, type ShapeFacts} from './bones';
@@ -27,6 +27,25 @@ export interface Loop {
   root: Object3D;
   meshes: PlantMesh[];  // the parts of the surface, as bark and leaves, of every instance
   movement: Movement;
+  vertices: VertexTable;
+  field?: Field;        // of a meadow
+}
+
+// A meadow is no thing to be looked at from aside, and its meshes do not say where it is.
+export interface Field {
+  extent: Box3;         // [m] y up
+  textureRows: number;  // of the largest texture
+  castsShadow: boolean;
+  told: string;         // what it has, in place of modes
+}
+
+// Finds vertices by one number that runs through all meshes.
+export interface VertexTable {
+  readonly count: number;
+  // World position [m] with z up, as in every other file, of the plant as it now stands.
+  position(index: number, renderer: WebGLRenderer): [number, number, number];
+  branch(index: number): number;
+  along(index: number): number;
 }
 
 // From base64 and gzip.
@@ -60,18 +79,17 @@ export async function readLoop(glb: ArrayBuffer): Promise<Loop> {
     if (object instanceof Mesh) meshes.push(object as PlantMesh);
   });
   const facts = gltf.scene.userData.tremula as Facts;
-  return {name: gltf.scene.name, facts, root: gltf.scene, meshes, movement: await movementOf(gltf, meshes, facts)};
+  return {name: gltf.scene.name, facts, root: gltf.scene, meshes, movement: await movementOf(gltf, meshes, facts),
+          vertices: new MeshVertices(meshes)};
 }
 
-// Finds vertices by one number that runs through all meshes.
-export class Vertices {
+class MeshVertices implements VertexTable {
   readonly count: number;
 
-  constructor(private readonly loop: Loop) {
-    this.count = loop.meshes.reduce((sum, mesh) => sum + mesh.geometry.attributes.position.count, 0);
+  constructor(private readonly meshes: PlantMesh[]) {
+    this.count = meshes.reduce((sum, mesh) => sum + mesh.geometry.attributes.position.count, 0);
   }
 
-  // World position [m] with z up, as in every other file, of the plant as it now stands.
   position(index: number): [number, number, number] {
     const [mesh, i] = this.find(index);
     const p = mesh.getVertexPosition(i, new Vector3()).applyMatrix4(mesh.matrixWorld);
@@ -87,7 +105,7 @@ export class Vertices {
   }
 
   private find(index: number): [Mesh, number] {
-    for (const mesh of this.loop.meshes) {
+    for (const mesh of this.meshes) {
       const count = mesh.geometry.attributes.position.count;
       if (index < count) return [mesh, index];
       index -= count;

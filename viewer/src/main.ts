@@ -1,6 +1,7 @@
 // Plays the loop that the page carries, at any instant and in any wind up to the strongest it knows.
 import './style.css';
-import {readLoop, unpack, Vertices} from './loop';
+import {isGrass, readGrass} from './grass';
+import {readLoop, unpack} from './loop';
 import {dress} from './materials';
 import type {Player} from './movement';
 import {Panel} from './panel';
@@ -24,9 +25,10 @@ declare global {
 
 async function start(): Promise<void> {
   const data = document.getElementById('loop')!;
-  const loop = await readLoop(await unpack(data.textContent!));
+  const bytes = await unpack(data.textContent!);
   data.remove();
-  dress(loop.meshes);
+  const loop = isGrass(bytes) ? readGrass(bytes) : await readLoop(bytes);
+  if (!loop.field) dress(loop.meshes);
 
   const period = loop.facts.period_s;
   const player: Player = {
@@ -61,7 +63,7 @@ async function start(): Promise<void> {
   draw();
   requestAnimationFrame(tick);
 
-  const vertices = new Vertices(loop);
+  const {vertices} = loop;
   Object.assign(window.tremula, {
     period,
     vertexCount: vertices.count,
@@ -69,7 +71,7 @@ async function start(): Promise<void> {
     pause: () => { player.playing = false; draw(); },
     vertex: (index: number) => {
       if (changed) draw();
-      return vertices.position(index);
+      return vertices.position(index, stage.renderer);
     },
     branchOf: (index: number) => vertices.branch(index),
     alongOf: (index: number) => vertices.along(index),

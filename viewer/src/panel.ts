@@ -81,11 +81,12 @@ export class Panel {
 
   private showFacts(): void {
     const hertz = this.loop.movement.shapes.filter(({kind}) => kind === 'mode').map(({frequency}) => frequency);
+    const modes = `${hertz.length} mode${hertz.length === 1 ? '' : 's'}`;
     const range = hertz.length > 0 ? ` · ${Math.min(...hertz).toFixed(2)}–${Math.max(...hertz).toFixed(2)} Hz` : '';
     element('name').textContent = this.loop.name;
     const length = `${this.period.toFixed(1).replace('.0', '')} s`;
     element('facts').textContent =
-        `${this.loop.facts.repeats === false ? `${length} clip, played again from its start` : `${length} loop`} · ${hertz.length} mode${hertz.length === 1 ? '' : 's'}${range}`;
+        `${this.loop.facts.repeats === false ? `${length} clip, played again from its start` : `${length} loop`} · ${this.loop.field?.told ?? modes}${range}`;
   }
 
   // Modes, and behind them the static shapes; the lean always stays.

@@ -11,15 +11,17 @@ const zenith = new Color(0x7fa9cf), horizon = new Color(0xe8eef0), floor = new C
 const turf = new Color(0x84906c);
 
 export class Stage {
-  private readonly renderer: WebGLRenderer;
+  readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly camera = new PerspectiveCamera(30);
   private readonly controls: OrbitControls;
   private readonly extent = new Box3();  // of the plant at rest, and of a sheet as it moves
   private readonly azimuth: number;
+  private readonly isField: boolean;
   private framed = true;                 // until somebody moves the camera
 
   constructor(private readonly canvas: HTMLCanvasElement, loop: Loop) {
+    this.isField = loop.field !== undefined;
     const moved = isSheet(loop) ? placesOf(loop) : [];
     this.azimuth = azimuthOf(moved, MathUtils.degToRad(loop.facts.heading_deg));
     this.renderer = new WebGLRenderer({canvas, antialias: true});
@@ -27,10 +29,12 @@ export class Stage {
     this.renderer.shadowMap.type = PCFShadowMap;
 
     for (const mesh of loop.meshes) {
-      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.castShadow = loop.field?.castsShadow ?? true;
+      mesh.receiveShadow = true;
       mesh.frustumCulled = false;
-      this.extent.union(restOf(mesh).applyMatrix4(mesh.matrixWorld));
+      if (!loop.field) this.extent.union(restOf(mesh).applyMatrix4(mesh.matrixWorld));
     }
+    if (loop.field) this.extent.copy(loop.field.extent);
     for (const places of moved) this.extent.union(new Box3().setFromPoints(places));
     this.scene.add(loop.root);
     this.addSurroundings(loop);
@@ -63,8 +67,9 @@ export class Stage {
   private frame(): void {
     const size = this.extent.getSize(new Vector3()), center = this.extent.getCenter(new Vector3());
     const radius = Math.max(size.x, size.z) / 2, half = Math.tan(MathUtils.degToRad(this.camera.fov / 2));
-    const distance = radius + 1.12 * Math.max(size.y / 2 / half, radius / half / this.camera.aspect);
-    const polar = MathUtils.degToRad(85);
+    // A meadow is looked over, from beside it, and need not be in the picture to its corners.
+    const share = this.isField ? 0.8 : 1.12, polar = MathUtils.degToRad(this.isField ? 74 : 85);
+    const distance = radius + Math.max(1.12 * size.y / 2 / half, share * radius / half / this.camera.aspect);
     const direction = new Vector3(Math.sin(polar) * Math.cos(this.azimuth), Math.cos(polar),
                                   -Math.sin(polar) * Math.sin(this.azimuth));
     this.controls.target.copy(center).addScaledVector(new Vector3(0, -1, 0), 0.06 * size.y);
@@ -81,6 +86,8 @@ export class Stage {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     const most = Math.min(gl.getParameter(gl.MAX_VERTEX_UNIFORM_VECTORS) - 64,
                           gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
+    if ((loop.field?.textureRows ?? 0) > gl.getParameter(gl.MAX_TEXTURE_SIZE))
+      throw new Error('its meadow is larger than a texture of the graphics here can be');
     const targets = Math.max(...loop.meshes.map((mesh) => mesh.morphTargetInfluences?.length ?? 0));
     if (targets > most) throw new Error(`it has ${targets} morph targets, and the graphics here can blend ${most}`);
   }
@@ -105,7 +112,7 @@ export class Stage {
     this.scene.add(sun, sun.target, new HemisphereLight(0xe4eef8, 0xa09c84, 1.9));
 
     this.scene.add(makeSky(ground, 40 * radius), makeTurf(ground, 2.2 * radius));
-    if (loop.facts.wind_speed_m_s > 0) this.scene.add(makeArrow(ground, radius, loop.facts.heading_deg));
+    if (loop.facts.wind_speed_m_s > 0) this.scene.add(makeArrow(ground, radius, loop.facts.heading_deg, loop.field ? 0.65 : 0));
   }
 }
 
@@ -201,11 +208,11 @@ function makeTurf(center: Vector3, radius: number): Mesh {
   return mesh;
 }
 
-// On the ground, upwind: where the wind blows to.
-function makeArrow(center: Vector3, radius: number, heading: number): Mesh {
+// On the ground, upwind: where the wind blows to. Of a meadow, so much farther out, in radii.
+function makeArrow(center: Vector3, radius: number, heading: number, farther: number): Mesh {
   const outline = [[-0.9, 0.02], [-0.62, 0.02], [-0.62, 0.06], [-0.5, 0]];
   const mirrored = outline.map(([x, y]) => [x, -y]).reverse();
-  const shape = new Shape([...outline, ...mirrored].map(([x, y]) => new Vector2(radius * x, radius * y)));
+  const shape = new Shape([...outline, ...mirrored].map(([x, y]) => new Vector2(radius * (x - farther), radius * y)));
   const material = new MeshBasicMaterial({color: 0xffffff, transparent: true, opacity: 0.55, depthWrite: false});
   const mesh = new Mesh(new ShapeGeometry(shape), material);
   mesh.rotation.set(-Math.PI / 2, 0, MathUtils.degToRad(heading));

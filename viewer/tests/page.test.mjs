@@ -4,8 +4,8 @@ import {readFileSync, writeFileSync} from 'node:fs';
 import {after, before, describe, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 import {
-  animate, avenue, distance, heightOf, largestError, launchBrowser, needsBrowser, openPage, plants, readPoses, restNodes,
-  screenshotPath, settings, tips, tolerance,
+  animate, animateField, avenue, distance, heightOf, largestError, launchBrowser, meadow, needsBrowser, openPage, plants,
+  readPoses, restNodes, screenshotPath, settings, tips, tolerance,
 } from './support.mjs';
 
 // In the page: positions of these vertices at this instant.
@@ -196,6 +196,67 @@ describe('the page', needsBrowser, () => {
     }
     await page.screenshot({path: screenshotPath('avenue')});
     assert.deepEqual(complaints, []);
+    await page.close();
+  });
+
+  test('the graphics card puts blades where the library poses them', async (t) => {
+    const written = meadow();
+    if (!written) return t.skip('the examples were not built');
+    const {page, complaints} = await openPage(browser, {viewport: {width: 500, height: 350}, reducedMotion: 'reduce'});
+    await page.goto(pathToFileURL(written.html).href);
+    await page.evaluate(() => window.tremula.ready);
+    await page.evaluate(() => window.tremula.pause());
+    const times = [...new Set(written.posed.map(({time}) => time))];
+    assert.equal(times.length, 3);
+    const height = heightOf(written.posed.map(({place}) => place));
+    const found = new Map();
+    for (const time of times) {
+      const wanted = written.posed.filter((one) => one.time === time);
+      const places = await page.evaluate(positionsAt, [time, wanted.map(({index}) => index)]);
+      found.set(time, places);
+      places.forEach((place, i) => {
+        const off = distance(place, wanted[i].place);
+        assert.ok(off < 1e-3 * height, `vertex ${wanted[i].index} at ${time} s: ${place} for ${wanted[i].place}`);
+      });
+    }
+    const moved = Math.max(...found.get(times[0]).map((place, i) => distance(place, found.get(times[1])[i])));
+    assert.ok(moved > 0.02 * height, `${moved} m: this would show nothing`);
+    assert.deepEqual(complaints, []);
+    await page.close();
+  });
+
+  test('a meadow moves, closes, and stands upright in still air', async () => {
+    const {html, report} = animateField('meadow');
+    const {page, complaints, requests} = await openPage(browser, {viewport: {width: 600, height: 420}, reducedMotion: 'reduce'});
+    const url = pathToFileURL(html).href;
+    await page.goto(url);
+    await page.evaluate(() => window.tremula.ready);
+    await page.evaluate(() => window.tremula.pause());
+    const blades = report.page.blades;
+    assert.ok(blades > 1000, `${blades} blades`);
+    assert.equal(await page.evaluate(() => window.tremula.vertexCount), report.page.vertices);
+    assert.equal(await page.locator('#facts').textContent(),
+                 `6 s loop · ${blades.toLocaleString('en').replaceAll(',', ' ')} blades`);
+    assert.ok(await page.locator('#modes').isHidden());
+    const period = await page.evaluate(() => window.tremula.period);
+    const first = await page.evaluate(pictureAt, 0);
+    assert.equal(await page.evaluate(pictureAt, period), first);
+    assert.notEqual(await page.evaluate(pictureAt, 0.37 * period), first);
+    await page.screenshot({path: screenshotPath('meadow')});
+
+    // Without wind no time changes anything; more wind bends more.
+    const some = Array.from({length: 30}, (_, i) => Math.floor((i + 0.5) * report.page.vertices / 30));
+    const at = async (wind, time) => {
+      await setSlider(page, 'wind', wind);
+      return page.evaluate(positionsAt, [time, some]);
+    };
+    const still = await at(0, 1);
+    assert.deepEqual(await at(0, 3), still);
+    const bend = async (wind) => (await at(wind, 1)).reduce((sum, p, i) => sum + distance(p, still[i]), 0);
+    const usual = await bend(1);
+    assert.ok(usual > 0 && await bend(2) > usual);
+    assert.deepEqual(complaints, []);
+    assert.deepEqual(requests, [url]);
     await page.close();
   });
 

@@ -79,6 +79,35 @@ export function avenue() {
   return {glb: join(folder, 'avenue.glb'), html: join(folder, 'avenue.html'), instances};
 }
 
+// The page of the example of a meadow, and where vertices are in it; nothing where the examples were not built.
+export function meadow() {
+  const example = join(process.env.TREMULA_EXAMPLES ?? '', 'example_08_meadow_page');
+  if (!existsSync(example)) return undefined;
+  const posed = execFileSync(example, [folder], {encoding: 'utf8'}).trim().split('\n').map((line) => {
+    const [time, index, ...place] = line.split(' ').map(Number);
+    return {time, index, place};
+  });
+  return {html: join(folder, 'meadow.html'), posed};
+}
+
+// The page of a field of a scene, and the report of `tremula animate`.
+export function animateField(species) {
+  const scene = join(folder, `${species}.toml`), html = join(folder, `${species}.html`), report = join(folder, `${species}.json`);
+  writeFileSync(scene, `[motion]
+period = 6
+fps = 20
+[wind]
+wind_speed = 6
+[[grass]]
+name = "field"
+species = "${species}"
+low = [-0.8, -0.8]
+high = [0.8, 0.8]
+`);
+  execFileSync(program, ['animate', scene, '--object', 'field', '-o', html, '--report', report], {stdio: ['ignore', 'ignore', 'pipe']});
+  return {html, report: JSON.parse(readFileSync(report, 'utf8'))};
+}
+
 // Poses by frame: [{time, nodes: [[x, y, z], …], turns: [rotation vector, …]}, …].
 export const readPoses = (path) => parsePoses(readFileSync(path, 'utf8'));
 export function parsePoses(table) {

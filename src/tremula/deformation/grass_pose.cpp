@@ -79,19 +79,6 @@ void tabulate_half(const BladeKind& kind, const BladeResponse& blade, int number
 
 // ---- The skin of a blade, by where its vertices are about the joints.
 
-struct BladeVertex {
-  int joint;
-  float across, out;                // along the flat side and out of it, in widths
-  float normal_across, normal_out;  // unit
-  float u;                          // of the texture
-};
-
-struct BladeSkin {
-  std::vector<BladeVertex> vertices;
-  std::vector<std::uint32_t> triangles;
-  bool two_sided = false;
-};
-
 BladeSkin skin_of_blade(int pieces) {
   static constexpr std::array<float, 5> three = {0.8F, 1, 0.65F, 0, 0}, four = {0.7F, 1, 0.9F, 0.55F, 0};
   const auto& widths = pieces == 3 ? three : four;
@@ -156,18 +143,6 @@ BladeSkin skin_of_ear(int pieces) {
     }
   }
   return skin;
-}
-
-BladeSkin skin_of(const BladeKind& kind) {
-  switch (kind.form) {
-    case BladeForm::stem:
-      return skin_of_stem(kind.pieces);
-    case BladeForm::ear:
-      return skin_of_ear(kind.pieces);
-    case BladeForm::blade:
-      break;
-  }
-  return skin_of_blade(kind.pieces);
 }
 
 // ---- Posing
@@ -531,6 +506,18 @@ void lay_out_vertices(GrassInWind& grass) {
 }
 
 }  // namespace
+
+BladeSkin skin_of(const BladeKind& kind) {
+  switch (kind.form) {
+    case BladeForm::stem:
+      return skin_of_stem(kind.pieces);
+    case BladeForm::ear:
+      return skin_of_ear(kind.pieces);
+    case BladeForm::blade:
+      break;
+  }
+  return skin_of_blade(kind.pieces);
+}
 
 BendTable tabulate_bends(const BladeKind& kind, const BladeResponse& blade) {
   BendTable table{.in_plane = table_in_plane, .across = table_across, .directions = {}};

@@ -11,6 +11,7 @@
 #include "tremula/geometry/meadow.hpp"
 #include "tremula/wind/travelling_field.hpp"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -30,6 +31,20 @@ struct BendTable {
 };
 BendTable tabulate_bends(const BladeKind& kind, const BladeResponse& blade);
 BendTable tabulate_rest(const BladeKind& kind);
+
+// The skin of a blade, by where its vertices are about the joints of its pieces.
+struct BladeVertex {
+  int joint;
+  float across, out;                // along the flat side and out of it, in widths
+  float normal_across, normal_out;  // unit
+  float u;                          // of the texture
+};
+struct BladeSkin {
+  std::vector<BladeVertex> vertices;
+  std::vector<std::uint32_t> triangles;
+  bool two_sided = false;
+};
+BladeSkin skin_of(const BladeKind& kind);
 
 enum class GrassMotion {
   looked_up,  // every blade looks up the response field of its make: for millions

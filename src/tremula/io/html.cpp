@@ -61,10 +61,15 @@ void check_can_write() {
   }
 }
 
-std::string page_around(std::string glb, const std::string& name) {
+}  // namespace
+
+bool can_write_html() { return !viewer_page().empty(); }
+
+std::string encode_page(std::string data, const std::string& name) {
+  check_can_write();
   const std::string_view page = viewer_page();
   const std::size_t title = page.find(title_mark), loop = page.find(loop_mark);
-  const std::string packed = gzip(glb);
+  const std::string packed = gzip(data);
   const std::size_t encoded_size = base64_size(packed.size());
   if (encoded_size > max_encoded_size) {
     throw Error(".html: the loop would take " + std::to_string(encoded_size) +
@@ -81,19 +86,15 @@ std::string page_around(std::string glb, const std::string& name) {
   return html;
 }
 
-}  // namespace
-
-bool can_write_html() { return !viewer_page().empty(); }
-
 std::string encode_html(const Surface& surface, const MorphTargets& morphs, const LoopFacts& facts) {
   check_can_write();
-  return page_around(encode_glb(surface, morphs, facts, {.compression = MeshCompression::meshopt}),
+  return encode_page(encode_glb(surface, morphs, facts, {.compression = MeshCompression::meshopt}),
                      facts.name);
 }
 
 std::string encode_html(const Loop& loop, const Rig& rig) {
   check_can_write();
-  return page_around(encode_glb(loop, rig, {.compression = MeshCompression::meshopt, .shapes = true}),
+  return encode_page(encode_glb(loop, rig, {.compression = MeshCompression::meshopt, .shapes = true}),
                      loop.facts.name);
 }
 

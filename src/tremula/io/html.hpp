@@ -19,6 +19,10 @@ std::string encode_html(const Surface& surface, const MorphTargets& morphs, cons
 // On bones (Loop::rig). Throws as encode_glb() does.
 std::string encode_html(const Loop& loop, const Rig& rig);
 
+// The same page around what else its viewer shows (grass_page.hpp): `data` as it reads it. Throws Error as
+// the others do.
+std::string encode_page(std::string data, const std::string& name);
+
 // Throws Error, also when the file cannot be written, and then leaves none behind.
 void write_html(const std::string& path, const Surface& surface, const MorphTargets& morphs,
                 const LoopFacts& facts);
