@@ -42,7 +42,6 @@ loop() {  # scene, file, frames a second, samples, quality
 }
 loop scenes/stam-figure-4.toml small-tree-loop 12 16 60
 loop scenes/stam-figure-5.toml forest-loop 10 4 45
-loop scenes/shinya-fournier-figure-6.toml all-in-one-wind-loop 12 8 50
 
 row flag 0 1040 docs/figures/flag.png --wind-speed 8 --period 20 --seed 1
 row seagrass 0 1040 docs/figures/seagrass.png --wind-speed 6 --period 20 --seed 1
