@@ -312,7 +312,7 @@ TEST_P(SceneOfTheProject, LooksAsItDid) {
   if (!can_trace()) GTEST_SKIP() << "built without Embree";
   const test::TemporaryFolder folder;
   const std::string scene = std::string(TREMULA_SCENES) + "/" + GetParam() + ".toml";
-  const Outcome outcome = run(folder, "render '" + scene + "' --size 96x54 --samples 8 -o a.png");
+  const Outcome outcome = run(folder, "render '" + scene + "' --size 96x54 --samples 16 -o a.png");
   ASSERT_EQ(outcome.code, 0) << outcome.messages;
   const test::Picture now = test::read_picture(folder / "a.png");
   const test::Picture then = test::read_picture(std::string(TREMULA_GOLDEN) + "/" + GetParam() + ".png");
