@@ -1,5 +1,5 @@
-// tremula animate of what is not baked but looked up in the wind: grass and what drifts, of a scene or by the
-// name of a species.
+// tremula animate of grass, which is not baked but looked up in the wind: of a scene, or by the name of a
+// species.
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
 #include "tremula/io/grass_page.hpp"
@@ -26,7 +26,6 @@ void refuse_flags_of_plants(const CLI::App& flags, const std::string& name) {
     const std::string flag = option->get_name();
     if (option->get_group() == wind_flag_group) continue;
     if (std::ranges::any_of(known, [&](const char* each) { return flag == each; })) continue;
-    if (option->check_lname("output")) continue;
     throw InputError(flag, "given with " + name,
                      "flags of the wind, --period, --fps and those of the output");
   }

@@ -83,17 +83,17 @@ Eigen::VectorXd blades_at_place(const Wind& wind) {
   return series_of(respond(gusts(wind), response), place);
 }
 
-// A structure: a short stiff stub on a soft foot, so that one mode moves it and all of it is at one place.
-struct Stub {
+// A structure: a short stiff pole on a soft foot, so that one mode moves it and all of it is at one place.
+struct Pole {
   Subject subject;
   Weather weather;
   double frequency = 0, damping_ratio = 0;
 };
-Stub stub() {
+Pole pole() {
   Skeleton skeleton = straight_stem(2, 0.3, 0.004, 0.004);
   StructureOptions options = weightless();
   options.root.rotation = 0.02;  // [N m]
-  Stub result{bake(skeleton, {.structure = options, .modes = {.count = 2}}), {}};
+  Pole result{bake(skeleton, {.structure = options, .modes = {.count = 2}}), {}};
   result.weather.loop = loop;
   result.weather.transfer = Transfer::sampled;
   result.weather.static_correction = false;
@@ -103,14 +103,14 @@ Stub stub() {
   return result;
 }
 
-Eigen::VectorXd stub_at_place(const Stub& stub, const Wind& wind) {
-  Weather weather = stub.weather;
+Eigen::VectorXd pole_at_place(const Pole& pole, const Wind& wind) {
+  Weather weather = pole.weather;
   weather.ground = -place.z() + 0.15;  // its middle is as high as the place
   // Moved to the place: across by the wind, along by Taylor.
   weather.wind = moved_across(wind, place.y());
-  const Motion motion = set_in_motion(stub.subject, weather);
+  const Motion motion = set_in_motion(pole.subject, weather);
   Eigen::VectorXd series(loop.sample_count);
-  const Eigen::Index top = stub.subject.structure.size() - 6;
+  const Eigen::Index top = pole.subject.structure.size() - 6;
   for (int p = 0; p < loop.sample_count; ++p) {
     const double time = p * loop.period / loop.sample_count - place.x() / wind.reference.speed;
     series[p] = displacement_at(motion, time)[top];
@@ -129,11 +129,11 @@ TEST(OneWind, MovesGrassAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
 }
 
 TEST(OneWind, MovesAStructureAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
-  const Stub one = stub();
+  const Pole one = pole();
   const Impedance mode = oscillator_impedance(one.frequency, 0.15, 1, Transfer::sampled);
   const Statistic found = over_seeds([&](int seed) {
     const Wind wind = world(seed);
-    return correlation_of(series_of(gusts(wind), place), stub_at_place(one, wind));
+    return correlation_of(series_of(gusts(wind), place), pole_at_place(one, wind));
   });
   const double wanted = correlation_of(itself, [&](double f) { return mode(f); });
   EXPECT_NEAR(found.mean, wanted, 3 * found.standard_error);
@@ -141,11 +141,11 @@ TEST(OneWind, MovesAStructureAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
 }
 
 TEST(OneWind, MovesTwoKindsAtOnePlaceTogether) {
-  const Stub one = stub();
+  const Pole one = pole();
   const Impedance mode = oscillator_impedance(one.frequency, 0.15, 1, Transfer::sampled);
   const Statistic found = over_seeds([&](int seed) {
     const Wind wind = world(seed);
-    return correlation_of(blades_at_place(wind), stub_at_place(one, wind));
+    return correlation_of(blades_at_place(wind), pole_at_place(one, wind));
   });
   const double wanted =
       correlation_of([](double f) { return blade()(f); }, [&](double f) { return mode(f); });

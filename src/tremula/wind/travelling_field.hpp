@@ -47,12 +47,12 @@ struct TravellingField {
   }
 };
 
-// What is about the mean at a place [m] and a time [s]: along, across, up. Linear
-// between samples, columns and layers; beyond the columns and layers the last count. The same bits at t and
-// t + T.
+// What is about the mean at a place [m] and a time [s]: along, across, up. Linear between samples, columns
+// and layers; beyond the columns and layers the last count. The same bits at t and t + T.
 Eigen::Vector3f local_value_at(const TravellingField& field, const Vec3& place, double time);
 // In world axes, and with the mean.
 Vec3 value_at(const TravellingField& field, const Vec3& place, double time);
+// The mean alone, at a height z of the world [m].
 Vec3 mean_at(const TravellingField& field, double z);
 
 // The gusts of a wind [m/s] on a plane: bin 0, what is slower than the loop, is in them as structures feel
@@ -62,6 +62,7 @@ TravellingField gust_field(const Wind& wind, const TimeAxis& loop, const FieldPl
 
 inline constexpr double most_field_values = 2.5e8;  // 4 GB
 
+// Throws InputError for a plane that is none, a loop without period or samples, and more values than that.
 void check_plane(const FieldPlane& plane, const TimeAxis& loop);
 
 }  // namespace tremula
