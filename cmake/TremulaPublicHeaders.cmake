@@ -12,7 +12,7 @@ set(wind_headers coherence field field_statistics gust_script gust_statistics ie
 set(dynamics_headers basis branch_oscillators damping drag_in_time drift flapping flutter foliage free_decay gauge gauge_reading grass_response
     gust_average gust_response lean loads motion motion_statistics oscillators principal_motion pull response response_field shelter static_correction
     transfer trunk_sway wind_forces)
-set(deformation_headers bent_pose bent_space drift_pose fit_rig grass_pose loop morph_targets panel_pose pose principal_shapes rig sheet_pose volume)
+set(deformation_headers bend_table bent_pose bent_space blade_skin drift_pose fit_rig grass_pose loop morph_targets panel_pose pose principal_shapes rig sheet_pose volume)
 set(render_headers camera daylight denoise image linear_image render tone_map)
 set(io_headers atomic_file beam_plot contact_sheet exr film frame_file gauge_table gltf grass_page gust_plot gust_table html loop_writers mesh_compression
     modes_plot pose_table profile_table sheet_file skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vdb vti wind_plot

@@ -131,6 +131,47 @@ TEST(PoseGrass, IsTheSameAfterALoopAndOnOneThread) {
   EXPECT_EQ(many, bytes_at(2.3));
 }
 
+Meadow without_first_plant(const Meadow& all) {
+  std::size_t first = 1;
+  while (all.attached[first] >= 0) ++first;
+  Meadow rest;
+  rest.species = all.species;
+  rest.height = all.height;
+  const auto drop = [&](const auto& from, auto& to) {
+    to.assign(from.begin() + static_cast<std::ptrdiff_t>(first), from.end());
+  };
+  drop(all.x, rest.x), drop(all.y, rest.y), drop(all.z, rest.z);
+  drop(all.length, rest.length), drop(all.width, rest.width);
+  drop(all.azimuth, rest.azimuth), drop(all.facing, rest.facing), drop(all.attached, rest.attached);
+  drop(all.kind, rest.kind), drop(all.trajectory, rest.trajectory);
+  drop(all.frequency_class, rest.frequency_class);
+  return rest;
+}
+
+// Blades are posed many at a time: who else is among them, and what else is asked for, changes no bit.
+TEST(PoseGrass, PutsABladeWhereItGoesWhoeverElseIsThere) {
+  for (const char* species : {"lawn", "meadow", "wheat"}) {
+    SCOPED_TRACE(species);
+    const TravellingField gusts = gusts_of(9, 64);
+    const Meadow meadow = patch(species, 0.4), fewer = without_first_plant(meadow);
+    const GrassInWind all = put_in_wind(meadow, gusts), rest = put_in_wind(fewer, gusts);
+    const Skin of_all(all, 3.7), of_rest(rest, 3.7);
+    std::vector<Vector3f> places_alone(rest.all_vertices);
+    pose_grass(rest, 3.7, places_alone, {});
+    const std::size_t dropped = all.blade_count() - rest.blade_count();
+    ASSERT_GT(rest.blade_count(), 40U);
+    for (std::size_t i = 0; i < rest.blade_count(); ++i) {
+      const std::uint32_t count = all.vertex_count[rest.meadow.kind[i]];
+      for (std::uint32_t v = 0; v < count; ++v) {
+        const std::size_t here = rest.first_vertex[i] + v, there = all.first_vertex[i + dropped] + v;
+        ASSERT_EQ(of_rest.positions[here], of_all.positions[there]) << "blade " << i;
+        ASSERT_EQ(of_rest.normals[here], of_all.normals[there]) << "blade " << i;
+        ASSERT_EQ(places_alone[here], of_rest.positions[here]) << "blade " << i;
+      }
+    }
+  }
+}
+
 TEST(PoseGrass, IntegratedBladeByBladeIsThatOfTheField) {
   const TravellingField gusts = gusts_of(6);
   const GrassInWind field = put_in_wind(patch("meadow", 0.5), gusts),

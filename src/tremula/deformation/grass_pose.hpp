@@ -6,6 +6,8 @@
 // lays piece to piece, so that it keeps its length.
 #pragma once
 
+#include "tremula/deformation/bend_table.hpp"
+#include "tremula/deformation/blade_skin.hpp"
 #include "tremula/deformation/loop.hpp"
 #include "tremula/dynamics/grass_response.hpp"
 #include "tremula/geometry/meadow.hpp"
@@ -20,31 +22,6 @@
 #include <Eigen/Core>
 
 namespace tremula {
-
-// Directions of the pieces of blades by the angles b in the blade's plane and across. They are known over
-// m = b / (1 + |b|), where the shape goes nearly straight with m; across counts from 0, the other side is its
-// mirror image.
-struct BendTable {
-  int in_plane = 1, across = 1;  // how many m, from -1 to 1 and from 0 to 1; 1: stiff
-  // (trajectories x across x in_plane) of x, y and z of up to four pieces.
-  std::vector<std::array<float, 12>> directions;
-};
-BendTable tabulate_bends(const BladeKind& kind, const BladeResponse& blade);
-BendTable tabulate_rest(const BladeKind& kind);
-
-// The skin of a blade, by where its vertices are about the joints of its pieces.
-struct BladeVertex {
-  int joint;
-  float across, out;                // along the flat side and out of it, in widths
-  float normal_across, normal_out;  // unit
-  float u;                          // of the texture
-};
-struct BladeSkin {
-  std::vector<BladeVertex> vertices;
-  std::vector<std::uint32_t> triangles;
-  bool two_sided = false;
-};
-BladeSkin skin_of(const BladeKind& kind);
 
 enum class GrassMotion {
   looked_up,  // every blade looks up the response field of its make: for millions

@@ -9,7 +9,6 @@
 #pragma once
 
 #include "tremula/base/types.hpp"
-#include "tremula/numerics/random.hpp"
 #include "tremula/numerics/time_axis.hpp"
 #include "tremula/wind/travelling_field.hpp"
 
