@@ -330,7 +330,7 @@ void put_turned(const Meshes& meshes, std::size_t mesh, const Vector3f& place, c
   }
 }
 
-// Paths lie all over the memory: those of a few meshes are fetched together, then their samples.
+// Paths are far from each other: those of a few meshes are fetched together, then their samples.
 void put_meshes(const Meshes& meshes, double now, std::size_t first, std::size_t last, SurfaceDelta& delta) {
   constexpr std::size_t together = 64;
   const DriftPaths& paths = *meshes.paths;
@@ -345,8 +345,11 @@ void put_meshes(const Meshes& meshes, double now, std::size_t first, std::size_t
       __builtin_prefetch(path);
       __builtin_prefetch(path + sizeof(DriftPath) - 1);
     }
-    for (std::size_t i = 0; i < count; ++i)
-      __builtin_prefetch(samples_at(paths, paths.paths[shown[i].path], shown[i].age));
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto* samples = samples_at(paths, paths.paths[shown[i].path], shown[i].age);
+      __builtin_prefetch(samples);
+      __builtin_prefetch(samples + 3);  // four of them may end in the next line
+    }
     for (std::size_t i = 0; i < count; ++i) {
       const DriftPath& path = paths.paths[shown[i].path];
       const float size = shown[i].seen ? path.size : 0;
@@ -391,6 +394,33 @@ std::vector<std::vector<std::uint32_t>> paths_of_materials(const DriftPaths& pat
   for (std::size_t i = 0; i < paths.paths.size(); ++i)
     members[paths.paths[i].mark % materials].push_back(static_cast<std::uint32_t>(i));
   return members;
+}
+
+// Paths with their samples in the order in which meshes show them, so that a frame, which goes from mesh to
+// mesh, goes through the memory once; stays name them by their new numbers.
+std::shared_ptr<const DriftPaths> in_order_of(DriftStays& shared, const DriftPaths& paths) {
+  constexpr std::uint32_t none = ~0U;
+  auto ordered = std::make_shared<DriftPaths>();
+  ordered->loop = paths.loop;
+  ordered->form = paths.form;
+  ordered->step = paths.step;
+  ordered->ground = paths.ground;
+  ordered->paths.reserve(paths.paths.size());
+  ordered->off_line.reserve(paths.off_line.size());
+  std::vector<std::uint32_t> number(paths.paths.size(), none);
+  for (DriftStay& stay : shared.stays) {
+    std::uint32_t& at = number[stay.path];
+    if (at == none) {
+      at = static_cast<std::uint32_t>(ordered->paths.size());
+      DriftPath path = paths.paths[stay.path];
+      const auto samples = paths.off_line.begin() + static_cast<std::ptrdiff_t>(path.first);
+      path.first = ordered->off_line.size();
+      ordered->off_line.insert(ordered->off_line.end(), samples, samples + path.count);
+      ordered->paths.push_back(path);
+    }
+    stay.path = at;
+  }
+  return ordered;
 }
 
 void append(const DriftStays& more, DriftStays& to) {
@@ -452,6 +482,7 @@ Loop make_loop(std::shared_ptr<const DriftPaths> paths, const LoopFacts& facts, 
   loop.period = period;
   loop.rest = std::move(surface);
   loop.coordinates.resize(paths->loop.sample_count, 0);
+  meshes.paths = in_order_of(meshes.shared, *paths);
   const auto shared = std::make_shared<const Meshes>(std::move(meshes));
   loop.skin_at = [shared](double time) { return skin_of(*shared, time); };
   loop.nodes_at = [](double) { return NodePoses(6, 0); };
