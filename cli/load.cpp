@@ -10,11 +10,11 @@
 #include <cmath>
 #include <functional>
 #include <memory>
-#include <numbers>
 
 #include "commands.hpp"
 #include "common.hpp"
 #include "load_flags.hpp"
+#include "tremula/wind/profile.hpp"
 #include "usage.hpp"
 #include "wind_flags.hpp"
 
@@ -216,9 +216,8 @@ double moment_in_calm_air(const Subject& subject, Weather weather) {
 LoadRow row_of(const Subject& subject, const Weather& weather, double duration) {
   const Motion motion = set_in_motion(subject, weather);
   const GaugeSeries series = base_of(motion, weather);
-  const double heading = weather.wind.reference.heading * std::numbers::pi / 180;
   return {weather.wind.reference.speed,
-          motion.mean_drag.dot(Vec3(std::cos(heading), std::sin(heading), 0)),
+          motion.mean_drag.dot(heading_direction(weather.wind.reference.heading)),
           extremes_of(series.along_wind, motion.period, duration),
           extremes_of(series.strain, motion.period, duration),
           motion_statistics(subject.structure, motion).largest_lean,

@@ -5,6 +5,7 @@
 #include "tremula/deformation/sheet_pose.hpp"
 #include "tremula/dynamics/flutter.hpp"
 #include "tremula/structure/plausibility.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -62,8 +63,7 @@ void turn_into_wind(Plant& plant, double heading) {
 // The mean; of a wind that does not say, that of its reference height.
 Vec3 wind_at_middle(const Sheet& sheet, const Wind& wind) {
   if (wind.statistics) return wind.statistics(sheet.position({sheet.width / 2, sheet.height / 2})).mean;
-  const double heading = wind.reference.heading * std::numbers::pi / 180;
-  return wind.reference.speed * Vec3(std::cos(heading), std::sin(heading), 0);
+  return wind.reference.speed * heading_direction(wind.reference.heading);
 }
 
 // A sheet that flaps by itself in this wind, yet shall not, is taken with the pull at which it just does not:

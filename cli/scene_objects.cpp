@@ -14,6 +14,7 @@
 #include <numbers>
 #include <utility>
 
+#include "tremula/wind/profile.hpp"
 #include "usage.hpp"
 
 namespace tremula::cli {
@@ -80,13 +81,13 @@ std::vector<std::string> arguments_of(const std::vector<Setting>& settings, cons
 }
 
 Vec3 mean_wind_of(const ReferenceWind& reference) {
-  const double heading = reference.heading * degree;
-  return reference.speed * Vec3(std::cos(heading), std::sin(heading), 0);
+  return reference.speed * heading_direction(reference.heading);
 }
 
 // How far a copy stands to the left of the wind's heading [degrees].
 double across_of(const Instance& copy, double heading) {
-  return copy.position.y() * std::cos(heading * degree) - copy.position.x() * std::sin(heading * degree);
+  const Vec3 along = heading_direction(heading);
+  return copy.position.y() * along.x() - copy.position.x() * along.y();
 }
 
 // Copies that share a motion: those of one heading; with gusts of their own each is alone.

@@ -4,12 +4,12 @@
 #include "tremula/base/memory.hpp"
 #include "tremula/deformation/posed_blades.hpp"
 #include "tremula/deformation/principal_shapes.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <numbers>
 #include <string>
 #include <utility>
 
@@ -53,8 +53,7 @@ void check_in_time(const GrassInWind& grass) {
 
 std::vector<std::array<float, 2>> at_height(const TravellingField& field, double height) {
   const FieldPlane& plane = field.plane;
-  const double heading = field.heading * std::numbers::pi / 180;
-  const Vec3 across(-std::sin(heading), std::cos(heading), 0);
+  const Vec3 along = heading_direction(field.heading), across(-along.y(), along.x(), 0);
   std::vector<std::array<float, 2>> values;
   values.reserve(index_of(plane.columns) * index_of(field.loop.sample_count));
   for (int p = 0; p < field.loop.sample_count; ++p) {

@@ -2,12 +2,12 @@
 
 #include "tremula/base/simd.hpp"
 #include "tremula/base/types.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <numbers>
 #include <span>
 #include <utility>
 
@@ -425,10 +425,10 @@ TREMULA_INLINE void put_vertices(const GrassInWind& grass, const Bundle& bundle,
 }
 
 FieldNow field_at(const GrassInWind& grass, double time) {
-  const double heading = grass.heading * std::numbers::pi / 180;
+  const Vec3 along = heading_direction(grass.heading);
   FieldNow field;
-  field.cosine = static_cast<float>(std::cos(heading));
-  field.sine = static_cast<float>(std::sin(heading));
+  field.cosine = static_cast<float>(along.x());
+  field.sine = static_cast<float>(along.y());
   field.sample_count = grass.loop.sample_count;
   field.columns = grass.plane.columns;
   field.now = static_cast<float>(phase_of(time, grass.loop.period) * grass.loop.sample_count);

@@ -2,6 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/numerics/random.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -126,9 +127,10 @@ std::pair<Vec3, Vec3> largest_speeds(const TravellingField& gusts) {
       local[c] = std::max(local[c], static_cast<double>(std::abs(value[index_of(c)])));
   }
   for (const Vec3& layer : gusts.mean) mean = mean.cwiseMax(layer.cwiseAbs());
-  const double angle = gusts.heading * std::numbers::pi / 180;
-  const double c = std::abs(std::cos(angle)), s = std::abs(std::sin(angle));
-  return {Vec3(c * local.x() + s * local.y(), s * local.x() + c * local.y(), local.z()), mean};
+  const Vec3 along = heading_direction(gusts.heading).cwiseAbs();
+  return {Vec3(along.x() * local.x() + along.y() * local.y(), along.y() * local.x() + along.x() * local.y(),
+               local.z()),
+          mean};
 }
 
 double fastest_of(const DriftKind& kind) {

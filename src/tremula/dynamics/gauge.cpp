@@ -5,6 +5,7 @@
 #include "tremula/geometry/axes.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/structure/element_blocks.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -226,8 +227,7 @@ GaugeSeries gauge_series(const GaugeReading& reading, const Motion& motion, doub
   const Eigen::MatrixXd wrench =
       (reading.per_coordinate * motion.coordinates.transpose()).colwise() + reading.lean;
   // In the axes of the section: downwind, as far as that is across the beam.
-  const double angle = heading * pi / 180;
-  const Vec3 wind = reading.axes.transpose() * Vec3(std::cos(angle), std::sin(angle), 0);
+  const Vec3 wind = reading.axes.transpose() * heading_direction(heading);
   const Vec3 up = reading.axes.transpose() * Vec3::UnitZ();
   const Eigen::Vector2d across_beam = wind.tail<2>();
   const Eigen::Vector2d downwind =

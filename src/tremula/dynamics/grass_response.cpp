@@ -3,6 +3,7 @@
 #include "tremula/base/check.hpp"
 #include "tremula/dynamics/gust_average.hpp"
 #include "tremula/dynamics/oscillators.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -48,8 +49,7 @@ BladeResponse blade_response(const GrassSpecies& species, int kind_number, int f
 }
 
 GustStatistics statistics_at(const TravellingField& gusts, double height) {
-  const double heading = gusts.heading * std::numbers::pi / 180;
-  const Vec3 along(std::cos(heading), std::sin(heading), 0), across(-along.y(), along.x(), 0);
+  const Vec3 along = heading_direction(gusts.heading), across(-along.y(), along.x(), 0);
   const Vec3 mean = mean_at(gusts, gusts.ground + height);
   GustStatistics statistics;
   statistics.mean = {mean.dot(along), mean.dot(across), mean.z()};

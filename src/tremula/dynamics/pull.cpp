@@ -6,6 +6,7 @@
 #include "tremula/dynamics/oscillators.hpp"
 #include "tremula/dynamics/wind_forces.hpp"
 #include "tremula/geometry/axes.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <charconv>
@@ -100,8 +101,7 @@ Pull place_pull(const Skeleton& skeleton, const std::string& text, double headin
   }
   if (pull.place.place == 0 && skeleton.parent(pull.place.branch) < 0)
     reject(text, "a place above the ground, which holds the stem");
-  const double angle = heading * std::numbers::pi / 180;
-  pull.force = size * Vec3(std::cos(angle), std::sin(angle), 0);
+  pull.force = size * heading_direction(heading);
   return pull;
 }
 

@@ -4,6 +4,7 @@
 #include "tremula/base/error.hpp"
 #include "tremula/dynamics/lean.hpp"
 #include "tremula/modes/solve_modes.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -65,8 +66,7 @@ TrunkSway trunk_sway(const Structure& structure, const Wind& wind, const TimeAxi
     return modes.shapes.middleRows<3>(node.row).transpose();
   };
   const Eigen::MatrixX3d top = moved_at(structure.nodes.back());
-  const double heading = wind.reference.heading * std::numbers::pi / 180;
-  const Vec3 along(std::cos(heading), std::sin(heading), 0), across(-along.y(), along.x(), 0);
+  const Vec3 along = heading_direction(wind.reference.heading), across(-along.y(), along.x(), 0);
   const std::array<Direction, 2> directions{direction_of(along, top, participation, stiffness),
                                             direction_of(across, top, participation, stiffness)};
   TrunkSway sway;

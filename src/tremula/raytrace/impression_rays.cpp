@@ -4,6 +4,7 @@
 #include "tremula/base/error.hpp"
 #include "tremula/render/noise.hpp"
 #include "tremula/render/patterns.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <array>
@@ -490,8 +491,7 @@ std::shared_ptr<const RayShape> impression_shape(const ImpressionistTree& tree,
   kind->tree = tree;
   kind->motion = motion;
   kind->curve = TrunkCurve(motion);
-  const double heading = motion.heading * std::numbers::pi / 180;
-  kind->along = Eigen::Vector2d(std::cos(heading), std::sin(heading)).cast<float>();
+  kind->along = heading_direction(motion.heading).head<2>().cast<float>();
   kind->across = {-kind->along.y(), kind->along.x()};
   kind->levels = levels_of(tree.texture);
   kind->first = threshold_for(kind->levels, 0.9F);

@@ -3,6 +3,7 @@
 #include "tremula/base/check.hpp"
 #include "tremula/base/color.hpp"
 #include "tremula/io/gust_plot.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <array>
@@ -98,8 +99,7 @@ struct Arrows {
   std::vector<Vec3> places;
 
   Pose pose_at(double time) const {
-    const double angle = field->heading * std::numbers::pi / 180;
-    const Vec3 still(std::cos(angle), std::sin(angle), 0);
+    const Vec3 still = heading_direction(field->heading);
     Pose pose;
     pose.position.resize(places.size() * arrow_vertices);
     pose.normal.resize(pose.position.size());

@@ -115,14 +115,15 @@ double log_law_friction_velocity(const MeanWind& wind) {
   return kappa * mean_speed(wind, height) / std::log((height - wind.displacement) / wind.roughness_length);
 }
 
-Vec3 heading_direction(const MeanWind& wind) {
-  const double angle = wind.heading * std::numbers::pi / 180;
+Vec3 heading_direction(double heading) {
+  const double angle = heading * std::numbers::pi / 180;
   return {std::cos(angle), std::sin(angle), 0};
 }
 
+Vec3 heading_direction(const MeanWind& wind) { return heading_direction(wind.heading); }
+
 Vec3 heading_direction(const MeanWind& wind, double height) {
-  const double angle = (wind.heading + veer(wind, height)) * std::numbers::pi / 180;
-  return {std::cos(angle), std::sin(angle), 0};
+  return heading_direction(wind.heading + veer(wind, height));
 }
 
 Vec3 mean_velocity(const MeanWind& wind, double height) {

@@ -54,7 +54,8 @@ double veer(const MeanWind& wind, double height);
 // canopy's top or the reference height, whichever is higher.
 double log_law_friction_velocity(const MeanWind& wind);
 
-Vec3 heading_direction(const MeanWind& wind);                 // unit vector, horizontal
+Vec3 heading_direction(double heading);                       // [degrees]; unit vector, horizontal
+Vec3 heading_direction(const MeanWind& wind);                 // that of its reference
 Vec3 heading_direction(const MeanWind& wind, double height);  // with the veer
 Vec3 mean_velocity(const MeanWind& wind, double height);      // [m/s], world axes
 

@@ -3,6 +3,7 @@
 #include "tremula/base/error.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/numerics/fft.hpp"
+#include "tremula/wind/profile.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,16 +48,11 @@ Between between_samples(double time, const TimeAxis& loop) {
   return {low, (low + 1) % loop.sample_count, static_cast<float>(position - std::floor(position))};
 }
 
-Vec3 along_of(double heading) {
-  const double angle = heading * std::numbers::pi / 180;
-  return {std::cos(angle), std::sin(angle), 0};
-}
-
 }  // namespace
 
 FieldPlane plane_across(std::span<const Vec3> points, double heading, double spacing,
                         std::vector<double> heights) {
-  const Vec3 along = along_of(heading), across(-along.y(), along.x(), 0);
+  const Vec3 along = heading_direction(heading), across(-along.y(), along.x(), 0);
   double least = std::numeric_limits<double>::infinity(), most = -least;
   for (const Vec3& point : points) {
     least = std::min(least, point.dot(across));
@@ -95,7 +91,7 @@ void check_plane(const FieldPlane& plane, const TimeAxis& loop) {
 }
 
 Eigen::Vector3f local_value_at(const TravellingField& field, const Vec3& place, double time) {
-  const Vec3 along = along_of(field.heading);
+  const Vec3 along = heading_direction(field.heading);
   const double x = place.dot(along), y = place.y() * along.x() - place.x() * along.y();
   const Between t = between_samples(field.speed > 0 ? time - x / field.speed : time, field.loop);
   const Between c = between((y - field.plane.first_column) / field.plane.spacing, field.plane.columns);
@@ -120,7 +116,7 @@ Vec3 mean_at(const TravellingField& field, double z) {
 }
 
 Vec3 value_at(const TravellingField& field, const Vec3& place, double time) {
-  const Vec3 along = along_of(field.heading);
+  const Vec3 along = heading_direction(field.heading);
   const Vec3 local = local_value_at(field, place, time).cast<double>();
   const Vec3 across(-along.y(), along.x(), 0);
   return mean_at(field, place.z()) + local.x() * along + local.y() * across + local.z() * Vec3::UnitZ();
@@ -128,7 +124,7 @@ Vec3 value_at(const TravellingField& field, const Vec3& place, double time) {
 
 TravellingField gust_field(const Wind& wind, const TimeAxis& loop, const FieldPlane& plane) {
   check_plane(plane, loop);
-  const Vec3 along = along_of(wind.reference.heading), across(-along.y(), along.x(), 0);
+  const Vec3 along = heading_direction(wind.reference.heading), across(-along.y(), along.x(), 0);
   const int columns = plane.columns, layers = static_cast<int>(plane.heights.size());
   const auto count = Eigen::Index{layers} * columns;
   Eigen::Matrix3Xd points(3, count);
