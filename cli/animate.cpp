@@ -217,6 +217,7 @@ std::unique_ptr<SceneObjectCommand> AnimateCommand::take_from_scene(const CLI::A
 
 // Whatever the flags and the files they name have wrong is said before the work begins.
 void AnimateCommand::run(const CLI::App& flags) {
+  if (animate_volume(flags)) return;
   const std::vector<const LoopWriter*> writers = output_writers();
   if (animate_grass(flags, writers)) return;
   const std::string scene_file = plant.input;

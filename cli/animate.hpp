@@ -9,7 +9,9 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "clips.hpp"
@@ -55,6 +57,8 @@ struct AnimateCommand {
   std::string frames, form, morphs = "biased", compression = "quantised";
   double tolerance = 0.005;  // of the height
   std::optional<int> max_joints;
+  std::optional<double> cell;  // of a volume [m]
+  bool resume = false;
   ThreadsFlag threads;
 
   std::vector<int> picked_frames(int sample_count) const;
@@ -77,8 +81,15 @@ struct AnimateCommand {
   std::unique_ptr<SceneObjectCommand> take_from_scene(const CLI::App& flags);
   // Where the input is grass (animate_thing.cpp); false: it is not.
   bool animate_grass(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
+  // Where it is a volume of a scene (animate_volume.cpp); false: it is not, and no output wants one.
+  bool animate_volume(const CLI::App& flags) const;
+  void write_volume(const Scene& scene, const SceneVolume& volume, const CLI::App& flags) const;
   void run(const CLI::App& flags);
 };
+
+// Flags that shape plants, for what is none: all but those of the wind and the `known` are refused.
+void refuse_flags_of_plants(const CLI::App& flags, const std::string& name,
+                            std::span<const std::string_view> known);
 
 // What a pull was and what came of it, for the report and in a line.
 Json describe(const PullTest& test);

@@ -20,6 +20,10 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
   const IdleFlags rules[] = {
       {writers.empty(), "given without -o", "an output that it shapes", {"--format"}},
       {!table, "given without a table of poses", "-o FILE.csv", {"--frames"}},
+      {true,
+       "given without a volume",
+       "-o rice/%04d.vdb and an object of the [[volumes]] of a scene",
+       {"--cell", "--resume"}},
       {!table && report.empty(),
        "given without a table or a report",
        "-o FILE.csv or --report FILE.json",
@@ -86,7 +90,8 @@ void add_animate(CLI::App& app) {
   sub.add_option(
       "-o,--output", command->outputs,
       "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
-      "per frame), .png (contact sheet); - is standard output; may be repeated");
+      "per frame), .png (contact sheet); - is standard output; may be repeated. Of a volume of a scene "
+      ".vdb (OpenVDB): rice/%04d.vdb is a file for every frame");
   sub.add_option("--format", command->format,
                  "glb, html, csv or png, for an output whose name does not say it (-o -)")
       ->check(CLI::IsMember({"glb", "html", "csv", "png"}));
@@ -97,7 +102,13 @@ void add_animate(CLI::App& app) {
          "Where to read bending moment, shear, axial force, torsion and strain: base, stem:1.3 (metres along "
          "the stem) or branch:12:0.5; may be repeated. Into the .csv instead of poses, and into the report")
       ->take_all();
-  sub.add_option("--frames", command->frames, "Frames for .csv: 17, 10-20, or 0-90:10 for every tenth (all)");
+  sub.add_option("--frames", command->frames,
+                 "Frames for .csv and .vdb: 17, 10-20, or 0-90:10 for every tenth (all)");
+  sub.add_option("--cell", command->cell,
+                 "Edge of a texel of .vdb [m] (that of the texture; larger where the field is large)")
+      ->group("Volumes");
+  sub.add_flag("--resume", command->resume, "Leave files of frames that are there as they are")
+      ->group("Volumes");
   sub.add_option("--form", command->form,
                  "Of .glb and .html. skin: bones, which bend; morph: targets, which stretch what sways far "
                  "(skin; morph for "
@@ -148,6 +159,7 @@ void add_animate(CLI::App& app) {
       "  tremula animate sapling --wind-speed 3 --gust 1-cosine:8:2.5:1 --period 10 -o gust.glb\n"
       "  tremula animate oak --gust squall.csv --from-rest --turbulence-intensity 0.15 -o squall.html\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
+      "  tremula animate field.toml --object rice -o rice/%04d.vdb --cell 0.03\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
 }

@@ -17,20 +17,6 @@
 namespace tremula::cli {
 namespace {
 
-// Flags that shape plants say nothing of these.
-void refuse_flags_of_plants(const CLI::App& flags, const std::string& name) {
-  constexpr std::array known{"--object",   "--output",  "--format", "--report", "--morphs",
-                             "--compress", "--threads", "--period", "--fps",    "--help"};
-  for (const CLI::Option* option : flags.get_options()) {
-    if (option->count() == 0 || option->get_lnames().empty()) continue;
-    const std::string flag = option->get_name();
-    if (option->get_group() == wind_flag_group) continue;
-    if (std::ranges::any_of(known, [&](const char* each) { return flag == each; })) continue;
-    throw InputError(flag, "given with " + name,
-                     "flags of the wind, --period, --fps and those of the output");
-  }
-}
-
 const SceneGrass* find_grass(const Scene& scene, const std::string& name) {
   const auto found = std::ranges::find(scene.grass, name, &SceneGrass::name);
   return found != scene.grass.end() ? &*found : nullptr;
@@ -40,9 +26,9 @@ void refuse_unless_grass(const Scene& scene, const std::string& name) {
   const auto named = [&](const auto& things) {
     return std::ranges::find(things, name, [](const auto& one) { return one.name; }) != things.end();
   };
-  if (named(scene.drift) || named(scene.impressions) || named(scene.volumes)) {
+  if (named(scene.drift) || named(scene.impressions)) {
     throw InputError("--object", "'" + name + "', which only tremula render shows",
-                     "an object or grass: files for engines hold neither what drifts nor textures");
+                     "an object, grass or a volume: files for engines hold neither what drifts nor textures");
   }
 }
 
@@ -63,6 +49,17 @@ void check_moves(const SceneThing& model) {
 
 }  // namespace
 
+void refuse_flags_of_plants(const CLI::App& flags, const std::string& name,
+                            std::span<const std::string_view> known) {
+  for (const CLI::Option* option : flags.get_options()) {
+    if (option->count() == 0 || option->get_lnames().empty()) continue;
+    const std::string flag = option->get_name();
+    if (option->get_group() == wind_flag_group || std::ranges::find(known, flag) != known.end()) continue;
+    throw InputError(flag, "given with " + name,
+                     "flags of the wind, --period, --fps and those of the output");
+  }
+}
+
 bool AnimateCommand::animate_grass(const CLI::App& flags,
                                    const std::vector<const LoopWriter*>& writers) const {
   constexpr double half = 0.5;       // of a patch, to be laid side by side [m]
@@ -78,7 +75,10 @@ bool AnimateCommand::animate_grass(const CLI::App& flags,
     refuse_unless_grass(scene, object);
     return false;
   }
-  refuse_flags_of_plants(flags, grass->name);
+  constexpr std::array<std::string_view, 9> known{"--object",  "--output", "--format",
+                                                  "--report",  "--morphs", "--compress",
+                                                  "--threads", "--period", "--fps"};
+  refuse_flags_of_plants(flags, grass->name, known);
   for (std::size_t i = 0; i < writers.size(); ++i) {
     if (writers[i]->extension == "csv")
       throw InputError("-o " + outputs[i], "a table of nodes, which grass has not", ".glb, .html or .png");

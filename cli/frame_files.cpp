@@ -39,19 +39,24 @@ std::string FrameFiles::path_of(int frame) const {
 }
 
 FrameFiles frame_files(const std::string& path) {
-  FrameFiles files{path, FrameForm::still, lower_extension(path)};
-  const bool of_film = is_film(path);
-  if (!of_film && files.extension != ".png" && files.extension != ".exr")
-    throw InputError("-o " + path, "cannot be rendered into", ".png, .exr, .mp4, .webm or .gif");
-  const std::ptrdiff_t percents = std::ranges::count(path, '%');
-  if (percents == 0) {
-    files.form = of_film ? FrameForm::film : FrameForm::still;
-    return files;
+  const std::string extension = lower_extension(path);
+  if (!is_film(path)) {
+    if (extension != ".png" && extension != ".exr")
+      throw InputError("-o " + path, "cannot be rendered into", ".png, .exr, .mp4, .webm or .gif");
+    return numbered_files(path);
   }
-  if (percents > 1 || !std::regex_search(path, number_in_name))
-    throw InputError("-o " + path, "%", "one number of the frame in it, as in frames/%04d.png");
-  if (of_film)
+  if (numbered_files(path).form == FrameForm::sequence)
     throw InputError("-o " + path, "a film with a number of the frame", "frames/%04d.png or film.mp4");
+  return {path, FrameForm::film, extension};
+}
+
+FrameFiles numbered_files(const std::string& path) {
+  FrameFiles files{path, FrameForm::still, lower_extension(path)};
+  const std::ptrdiff_t percents = std::ranges::count(path, '%');
+  if (percents == 0) return files;
+  if (percents > 1 || !std::regex_search(path, number_in_name)) {
+    throw InputError("-o " + path, "%", "one number of the frame in it, as in frames/%04d" + files.extension);
+  }
   files.form = FrameForm::sequence;
   return files;
 }

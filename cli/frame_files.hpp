@@ -19,13 +19,15 @@ enum class FrameForm { still, sequence, film };
 struct FrameFiles {
   std::string path;  // of a sequence with one %d or %04d, where the number of the frame goes
   FrameForm form = FrameForm::still;
-  std::string extension;  // ".png", ".exr", ".mp4", ".webm", ".gif"
+  std::string extension;  // ".png", ".exr", ".vdb", ".mp4", ".webm", ".gif"
 
   std::string path_of(int frame) const;
 };
 
 // Throws InputError for a path that has another extension, or other % than one of %d, %4d, %04d.
 FrameFiles frame_files(const std::string& path);
+// The same of a name whose extension is known to be that of a picture or a volume.
+FrameFiles numbered_files(const std::string& path);
 
 // "17", "10-20", "0-470:10" as frames up to `most`; "" takes the `count` of a film. Throws InputError.
 std::vector<int> frames_of(const std::string& text, int count, int most);

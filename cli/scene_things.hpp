@@ -3,6 +3,7 @@
 #pragma once
 
 #include "tremula/deformation/grass_pose.hpp"
+#include "tremula/deformation/volume.hpp"
 #include "tremula/scene/film_camera.hpp"
 #include "tremula/wind/travelling_field.hpp"
 
@@ -50,6 +51,14 @@ struct GrassOfPage {
   LoopFacts facts;
 };
 GrassOfPage make_grass_of_page(const SceneGrass& grass, const ThingSite& site);
+
+// A volume before anybody looks at it.
+struct GrownVolume {
+  std::shared_ptr<const VolumeField> field;
+  double scale = 1;         // of the species
+  std::size_t strands = 0;  // of one patch
+};
+GrownVolume grow_volume(const SceneVolume& volume, const ThingSite& site);
 
 // Grass of the ground near the cameras of the film, where there is any and it moves; and the circles (x, y
 // and radius) that it covers [m].

@@ -2,7 +2,6 @@
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
 #include "tremula/base/number_text.hpp"
-#include "tremula/deformation/volume.hpp"
 #include "tremula/dynamics/response_field.hpp"
 #include "tremula/geometry/texels.hpp"
 #include "tremula/raytrace/volume_shape.hpp"
@@ -192,7 +191,7 @@ void check_place(const SceneVolume& volume, const VolumeField& field) {
 
 }  // namespace
 
-SceneThing make_volume(const SceneVolume& volume, const ThingSite& site) {
+GrownVolume grow_volume(const SceneVolume& volume, const ThingSite& site) {
   const Species& species = species_of(volume.species);
   auto field = std::make_shared<VolumeField>();
   field->low = volume.low;
@@ -203,19 +202,23 @@ SceneThing make_volume(const SceneVolume& volume, const ThingSite& site) {
   const auto patch_size = static_cast<double>(patches.textures.front().front().size().x());
   field->tallness = tallness_of(volume, species.lower, patch_size);
   check_place(volume, *field);
-  field->height = patches.height;
   const double top = static_cast<double>(patches.textures.front().front().size().z());
   field->height = top;
   field->patches = std::move(patches.textures);
   const std::shared_ptr<const Swaying> swaying = swaying_of(volume, species, patches.scale, top, site);
   field->sway = [swaying](const Vector2d& place, double time) { return (*swaying)(place, time); };
   field->most_sway = swaying->most;
-  VolumeLook look = species.look;
-  look.patch_size *= static_cast<float>(patches.scale);
+  return {.field = std::move(field), .scale = patches.scale, .strands = patches.strands};
+}
+
+SceneThing make_volume(const SceneVolume& volume, const ThingSite& site) {
+  const GrownVolume grown = grow_volume(volume, site);
+  VolumeLook look = species_of(volume.species).look;
+  look.patch_size *= static_cast<float>(grown.scale);
   const Camera camera = site.camera.camera(0);
   look.pixel = static_cast<float>(2 * camera.half_height / site.scene.picture.size.y());
-  SceneThing thing{.name = volume.name, .kind = "volume", .count = patches.strands};
-  thing.shapes.push_back(std::make_shared<const RayShape>(volume_shape(field, look, volume.name)));
+  SceneThing thing{.name = volume.name, .kind = "volume", .count = grown.strands};
+  thing.shapes.push_back(std::make_shared<const RayShape>(volume_shape(grown.field, look, volume.name)));
   return thing;
 }
 

@@ -41,7 +41,7 @@ function shell(folder, script) {
   return { code: run.status ?? 1, out: run.stdout ?? '', err: run.stderr ?? String(run.error) };
 }
 
-// What the examples take for granted: a tree, a scan, a sheet, a measured wind, a grammar of one's own.
+// What the examples take for granted: a tree, a scan, a sheet, a measured wind, a grammar of one's own, a scene of fields.
 function prepare(folder) {
   const growing = readFileSync(join(root, 'docs/guide/growing.md'), 'utf8');
   const rowan = [...growing.matchAll(/```lsys\n([^]*?)```/g)].find((match) => match[1].includes('nodes ='));
@@ -51,6 +51,8 @@ function prepare(folder) {
   cpSync(join(root, 'scenes'), join(folder, 'scenes'), { recursive: true });
   cpSync(join(root, 'scenes/sources'), join(folder, 'sources'), { recursive: true });
   copyFileSync(join(root, 'scenes/stam-figure-4.toml'), join(folder, 'scene.toml'));
+  writeFileSync(join(folder, 'field.toml'), '[[grass]]\nspecies = "lawn"\nlow = [0, 0]\nhigh = [0.3, 0.3]\n' +
+    '[[volumes]]\nspecies = "rice"\nlow = [1, 0]\nhigh = [2, 1]\ntexel_size = 0.04\n');
   const made = shell(folder, `set -e
     tremula grow sapling -o tree.swc
     tremula grow stam-62 -o scan.swc
@@ -71,6 +73,7 @@ function missing(command) {
 
 // A drawing that takes minutes, as one that takes a second.
 function quick(command) {
+  if (/\.vdb\b/.test(command)) return `${command.replace(/ +#.*$/, '')} --frames 0-1`;
   if (!/^\s*tremula render/.test(command)) return command;
   const set = (text, flag, value) =>
     new RegExp(`${flag} \\S+`).test(text) ? text.replace(new RegExp(`${flag} \\S+`), `${flag} ${value}`) : `${text} ${flag} ${value}`;
@@ -86,14 +89,23 @@ const canTrace = () => {
   rmSync(folder, { recursive: true, force: true });
   return run.code === 0 || !/without Embree/.test(run.err);
 };
-let tracing;
+const canWriteVolumes = () => {
+  const folder = mkdtempSync(join(tmpdir(), 'tremula-docs-'));
+  prepare(folder);
+  const run = shell(folder, 'tremula animate field.toml --object rice -o a.vdb');
+  rmSync(folder, { recursive: true, force: true });
+  return run.code === 0 || !/without OpenVDB/.test(run.err);
+};
+let tracing, volumes;
 
 // What is left of a script where something that it needs is not there.
 function possible(script) {
-  if (!/tremula render|\bffmpeg\b/.test(script)) return script;
-  tracing ??= canTrace();
+  if (!/tremula render|\bffmpeg\b|\.vdb\b/.test(script)) return script;
+  if (/tremula render/.test(script)) tracing ??= canTrace();
+  if (/\.vdb\b/.test(script)) volumes ??= canWriteVolumes();
   const ffmpeg = spawnSync('which', ['ffmpeg']).status === 0;
   return script.replaceAll(/ *\\\n\s*/g, ' ').split('\n').filter((line) => {
+    if (/\.vdb\b/.test(line) && !volumes) return skipped.add('OpenVDB'), false;
     if (/tremula render/.test(line) && !tracing) return skipped.add('Embree'), false;
     if ((/^\s*ffmpeg/.test(line) || /render.*\.(mp4|webm|gif)\b/.test(line)) && !(ffmpeg && tracing)) return skipped.add('ffmpeg'), false;
     return true;

@@ -266,31 +266,28 @@ Texels resample(const PosedVolume& volume, const Vector3d& low, const std::array
              .density_step = 1,
              .values = {}};
   box.values.resize(static_cast<std::size_t>(all));
-  std::vector<float> most(index_of(count[2]), 0.0F);
-  const auto layer = [&](int z, const auto& take) {
+  std::vector<float> densities(box.values.size(), 0.0F), most(index_of(count[2]), 0.0F);
+  tbb::parallel_for(0, count[2], [&](int z) {
     for (int y = 0; y < count[1]; ++y) {
       Vector2f guess = Vector2f::Zero();
       for (int x = 0; x < count[0]; ++x) {
         const Vector3f place = (low + cell * (Vector3d(x, y, z).array() + 0.5).matrix()).cast<float>();
         RestPlace rest;
-        TexelValue value;
         if (x == 0) unbend(volume, place, 0.5F, guess, rest);  // for the guess
-        if (unbend(volume, place, 0.5F, guess, rest)) value = value_at(volume, rest, level);
-        take(box.index(x, y, z), value);
+        if (!unbend(volume, place, 0.5F, guess, rest)) continue;
+        const TexelValue value = value_at(volume, rest, level);
+        if (!(value.density > 0)) continue;
+        const std::size_t at = box.index(x, y, z);
+        box.values[at] = texel_of(value, value.density);
+        densities[at] = value.density;
+        most[index_of(z)] = std::max(most[index_of(z)], value.density);
       }
     }
-  };
-  tbb::parallel_for(0, count[2], [&](int z) {
-    layer(z, [&](std::size_t, const TexelValue& value) {
-      most[index_of(z)] = std::max(most[index_of(z)], value.density);
-    });
   });
   const float densest = *std::ranges::max_element(most);
   box.density_step = densest > 0 ? densest / 65535 : 1;
-  tbb::parallel_for(0, count[2], [&](int z) {
-    layer(z, [&](std::size_t at, const TexelValue& value) {
-      if (value.density > 0) box.values[at] = texel_of(value, box.density_step);
-    });
+  tbb::parallel_for(std::size_t{0}, box.values.size(), [&](std::size_t i) {
+    box.values[i].density = static_cast<std::uint16_t>(std::lround(densities[i] / box.density_step));
   });
   return box;
 }

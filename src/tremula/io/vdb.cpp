@@ -55,6 +55,8 @@ std::string encode_vdb(const Texels& texels, const Vec3& low) {
     set_place(*tangent, "tangent", texels, low);
     set_place(*color, "color", texels, low);
     density->setGridClass(openvdb::GRID_FOG_VOLUME);
+    constexpr float most_half = 65504;
+    density->setSaveFloatAsHalf(65535 * texels.density_step <= most_half);
     tangent->setSaveFloatAsHalf(true);
     color->setSaveFloatAsHalf(true);
     auto to_density = density->getAccessor();

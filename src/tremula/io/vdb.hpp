@@ -12,9 +12,9 @@ bool has_vdb();  // whether this was built with OpenVDB
 
 // The bytes of a file with three sparse grids of one transform, a value in the middle of a texel: "density"
 // (fog volume; a of texels.hpp [1/m]), "tangent" (unit, along the strands, z >= 0) and "color" (linear
-// albedo), the last two as half floats; where the density is 0 there is no value. `low`: where the texture
-// begins [m]. One texture has the same bytes whenever it is written. Throws InputError for texels that are
-// not as many as they should be, Error where this was built without OpenVDB.
+// albedo), as half floats (densities beyond those as floats); where the density is 0 there is no value.
+// `low`: where the texture begins [m]. One texture has the same bytes whenever it is written. Throws
+// InputError for texels that are not as many as they should be, Error where this was built without OpenVDB.
 std::string encode_vdb(const Texels& texels, const Vec3& low = Vec3::Zero());
 
 }  // namespace tremula
