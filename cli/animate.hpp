@@ -57,7 +57,7 @@ struct AnimateCommand {
   std::string frames, form, morphs = "biased", compression = "quantised";
   double tolerance = 0.005;  // of the height
   std::optional<int> max_joints;
-  std::optional<double> cell;  // of a volume [m]
+  std::optional<double> texel_size;  // of a volume [m]
   bool resume = false;
   ThreadsFlag threads;
 

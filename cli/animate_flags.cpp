@@ -23,7 +23,7 @@ void AnimateCommand::check_flags(const CLI::App& flags, const std::vector<const 
       {true,
        "given without a volume",
        "-o rice/%04d.vdb and an object of the [[volumes]] of a scene",
-       {"--cell", "--resume"}},
+       {"--texel-size", "--resume"}},
       {!table && report.empty(),
        "given without a table or a report",
        "-o FILE.csv or --report FILE.json",
@@ -104,7 +104,7 @@ void add_animate(CLI::App& app) {
       ->take_all();
   sub.add_option("--frames", command->frames,
                  "Frames for .csv and .vdb: 17, 10-20, or 0-90:10 for every tenth (all)");
-  sub.add_option("--cell", command->cell,
+  sub.add_option("--texel-size", command->texel_size,
                  "Edge of a texel of .vdb [m] (that of the texture; larger where the field is large)")
       ->group("Volumes");
   sub.add_flag("--resume", command->resume, "Leave files of frames that are there as they are")
@@ -159,7 +159,7 @@ void add_animate(CLI::App& app) {
       "  tremula animate sapling --wind-speed 3 --gust 1-cosine:8:2.5:1 --period 10 -o gust.glb\n"
       "  tremula animate oak --gust squall.csv --from-rest --turbulence-intensity 0.15 -o squall.html\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
-      "  tremula animate field.toml --object rice -o rice/%04d.vdb --cell 0.03\n"
+      "  tremula animate field.toml --object rice -o rice/%04d.vdb --texel-size 0.03\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
 }

@@ -103,7 +103,7 @@ void check_room(const TexelBox& box) {
   const double wanted = bytes_a_texel * box.texels();
   const auto present = static_cast<double>(available_memory());
   if (box.texels() <= most_texels && wanted <= present) return;
-  throw InputError("--cell",
+  throw InputError("--texel-size",
                    number_text(box.cell) + " m, which makes a box of " + printed("%.3g", box.texels()) +
                        " texels and up to " + printed("%.3g", wanted / gigabyte) + " GB",
                    "a larger one: at most " + number_text(most_texels) + " texels, and there are " +
@@ -175,8 +175,9 @@ bool AnimateCommand::animate_volume(const CLI::App& flags) const {
 
 void AnimateCommand::write_volume(const Scene& scene, const SceneVolume& volume,
                                   const CLI::App& flags) const {
-  constexpr std::array<std::string_view, 9> known{"--object", "--output", "--report",  "--frames", "--cell",
-                                                  "--resume", "--period", "--threads", "--fps"};
+  constexpr std::array<std::string_view, 9> known{"--object", "--output",     "--report",
+                                                  "--frames", "--texel-size", "--resume",
+                                                  "--period", "--threads",    "--fps"};
   refuse_flags_of_plants(flags, volume.name, known);
   const std::vector<FrameFiles> files = files_of(outputs, volume.name);
   if (!report.empty()) format_of({"--report", report}, "", {{"json", "what was done"}}, 0);
@@ -202,7 +203,7 @@ void AnimateCommand::write_volume(const Scene& scene, const SceneVolume& volume,
     }
   }();
   const PosedVolume first = pose_volume(ground, 0);
-  const TexelBox box = cell ? box_around(first, *cell) : usual_box(first);
+  const TexelBox box = texel_size ? box_around(first, *texel_size) : usual_box(first);
   check_room(box);
   make_folders(files);
   const WrittenFrames written = write_frames(
@@ -218,7 +219,7 @@ void AnimateCommand::write_volume(const Scene& scene, const SceneVolume& volume,
                                     {"input", plant.input},
                                     {"object", volume.name},
                                     {"species", volume.species},
-                                    {"cell_m", box.cell},
+                                    {"texel_size_m", box.cell},
                                     {"texels", box.count},
                                     {"low_m", {box.low.x(), box.low.y(), box.low.z()}},
                                     {"frames", picked},

@@ -66,7 +66,7 @@ constexpr Quantity quantities[] = {
     {"--leaf-vogel-exponent", -1.3, 0, ""},
     {"--leaf-folding-speed", 1e-3, 1e3, "m/s"},
     {"--shelter-cell", 1e-3, 1e3, "m"},
-    {"--cell", 1e-5, 1e3, "m"},
+    {"--texel-size", 1e-5, 1e3, "m"},
     {"--youngs-modulus", 1, 1e15, "Pa"},
     {"--shear-modulus", 1, 1e15, "Pa"},
     {"--density", 1e-3, 1e6, "kg/m^3"},

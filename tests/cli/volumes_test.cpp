@@ -142,9 +142,9 @@ TEST_F(VolumeFiles, ThatCannotBeAreRefusedInOneLine) {
         {"s.toml --object sapling -o a.vdb", "one of the volumes of the scene"},
         {"s.toml -o a.vdb", "--object: not given"},
         {"sapling -o a.vdb", "which has a mesh"},
-        {"sapling -o a.glb --cell 0.1", "--cell: given without a volume"},
+        {"sapling -o a.glb --texel-size 0.1", "--texel-size: given without a volume"},
         {"s.toml --object rice --modes 5 -o a.vdb", "--modes: given with rice"},
-        {"s.toml --object rice --cell 0 -o a.vdb", "--cell: '0', wanted 1e-05 to 1000 m"}}) {
+        {"s.toml --object rice --texel-size 0 -o a.vdb", "--texel-size: '0', wanted 1e-05 to 1000 m"}}) {
     const Outcome outcome = animate(arguments);
     EXPECT_EQ(outcome.code, 2) << arguments;
     EXPECT_THAT(outcome.messages, HasSubstr(complaint)) << arguments;
@@ -170,7 +170,7 @@ TEST_F(VolumeFiles, OfWrongNamesFramesAndCellsAreRefusedInOneLine) {
         {"-o a.vdb --frames 0-3", "one frame for one file"},
         {"-o %04d.vdb --frames 11", "within 0-10"},
         {"-o a.vdb --resume", "given with one file"},
-        {"-o %04d.vdb --cell 0.0005", "which makes a box of"},
+        {"-o %04d.vdb --texel-size 0.0005", "which makes a box of"},
         {"-o link.vdb", "would replace the input"},
         {"-o nowhere/a.vdb", "nowhere"}}) {
     const Outcome outcome = animate_rice(arguments);
@@ -184,7 +184,7 @@ TEST_F(VolumeFiles, OfWrongNamesFramesAndCellsAreRefusedInOneLine) {
 #ifdef TREMULA_HAVE_OPENVDB
 
 TEST_F(VolumeFiles, HoldTexelsOfTheCellAskedForWhereTheFieldIsAndLeanDownwind) {
-  ASSERT_EQ(animate_rice("-o a.vdb --cell 0.06").code, 0);
+  ASSERT_EQ(animate_rice("-o a.vdb --texel-size 0.06").code, 0);
   openvdb::initialize();
   openvdb::io::File file(folder / "a.vdb");
   file.open();
