@@ -219,7 +219,7 @@ std::unique_ptr<SceneObjectCommand> AnimateCommand::take_from_scene(const CLI::A
 void AnimateCommand::run(const CLI::App& flags) {
   if (animate_volume(flags)) return;
   const std::vector<const LoopWriter*> writers = output_writers();
-  if (animate_grass(flags, writers)) return;
+  if (animate_thing(flags, writers)) return;
   const std::string scene_file = plant.input;
   const std::unique_ptr<SceneObjectCommand> of_scene = take_from_scene(flags);
   const CLI::App& plant_flags = of_scene ? of_scene->flags() : flags;

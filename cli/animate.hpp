@@ -79,8 +79,15 @@ struct AnimateCommand {
                               double model_error, StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
   std::unique_ptr<SceneObjectCommand> take_from_scene(const CLI::App& flags);
-  // Where the input is grass (animate_thing.cpp); false: it is not.
-  bool animate_grass(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
+  // Where the input is grass or what drifts (animate_thing.cpp); false: it is not.
+  bool animate_thing(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
+  void write_grass(const Scene& scene, const SceneGrass& grass, bool preset, const CLI::App& flags,
+                   const std::vector<const LoopWriter*>& writers) const;
+  void write_drift(const Scene& scene, const SceneDrift& drift, const CLI::App& flags,
+                   const std::vector<const LoopWriter*>& writers) const;
+  Outputs outputs_of(const SceneCommands& commands) const;
+  void finish(Json told, const SceneCommands& commands, const WarningLog& warnings, StageLog& log,
+              Outputs& files) const;
   // Where it is a volume of a scene (animate_volume.cpp); false: it is not, and no output wants one.
   bool animate_volume(const CLI::App& flags) const;
   void write_volume(const Scene& scene, const SceneVolume& volume, const CLI::App& flags) const;

@@ -90,8 +90,8 @@ void add_animate(CLI::App& app) {
   sub.add_option(
       "-o,--output", command->outputs,
       "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
-      "per frame), .png (contact sheet); - is standard output; may be repeated. Of a volume of a scene "
-      ".vdb (OpenVDB): rice/%04d.vdb is a file for every frame");
+      "per frame), .png (contact sheet); - is standard output; may be repeated. Of what drifts in a scene "
+      ".html alone; of a volume .vdb (OpenVDB): rice/%04d.vdb is a file for every frame");
   sub.add_option("--format", command->format,
                  "glb, html, csv or png, for an output whose name does not say it (-o -)")
       ->check(CLI::IsMember({"glb", "html", "csv", "png"}));
@@ -160,6 +160,7 @@ void add_animate(CLI::App& app) {
       "  tremula animate oak --gust squall.csv --from-rest --turbulence-intensity 0.15 -o squall.html\n"
       "  tremula animate oak --clip calm:2 --clip gale:16 --compress meshopt -o oak.glb\n"
       "  tremula animate field.toml --object rice -o rice/%04d.vdb --texel-size 0.03\n"
+      "  tremula animate field.toml --object snow -o snow.html\n"
       "  tremula animate scan.mat -o tree.glb -o pose.csv --wind-speed 6 --period 20 --report report.json\n");
   sub.callback([command, &sub] { command->threads.run([&] { command->run(sub); }); });
 }

@@ -1,7 +1,8 @@
-// tremula animate of grass, which is not baked but looked up in the wind: of a scene, or by the name of a
-// species.
+// tremula animate of what is not baked but looked up in the wind: grass of a scene, or by the name of a
+// species, and what drifts in a scene.
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
+#include "tremula/io/drift_page.hpp"
 #include "tremula/io/grass_page.hpp"
 
 #include <algorithm>
@@ -17,20 +18,22 @@
 namespace tremula::cli {
 namespace {
 
-const SceneGrass* find_grass(const Scene& scene, const std::string& name) {
-  const auto found = std::ranges::find(scene.grass, name, &SceneGrass::name);
-  return found != scene.grass.end() ? &*found : nullptr;
+template <class Things>
+auto find_thing(const Things& things, const std::string& name) {
+  const auto found = std::ranges::find_if(things, [&](const auto& one) { return one.name == name; });
+  return found != things.end() ? &*found : nullptr;
 }
 
-void refuse_unless_grass(const Scene& scene, const std::string& name) {
-  const auto named = [&](const auto& things) {
-    return std::ranges::find(things, name, [](const auto& one) { return one.name; }) != things.end();
-  };
-  if (named(scene.drift) || named(scene.impressions)) {
-    throw InputError("--object", "'" + name + "', which only tremula render shows",
-                     "an object, grass or a volume: files for engines hold neither what drifts nor textures");
-  }
+void refuse_what_is_painted(const Scene& scene, const std::string& name) {
+  if (find_thing(scene.impressions, name) == nullptr) return;
+  throw InputError("--object", "'" + name + "', a painted tree, which only tremula render shows",
+                   "an object, grass, what drifts or a volume: it has no mesh for files");
 }
+
+// What a command line of a plant has that these have too.
+constexpr std::array<std::string_view, 9> thing_flags{"--object",  "--output", "--format",
+                                                      "--report",  "--morphs", "--compress",
+                                                      "--threads", "--period", "--fps"};
 
 bool is_page(const LoopWriter* writer) { return writer->extension == "html"; }
 
@@ -60,33 +63,43 @@ void refuse_flags_of_plants(const CLI::App& flags, const std::string& name,
   }
 }
 
-bool AnimateCommand::animate_grass(const CLI::App& flags,
+bool AnimateCommand::animate_thing(const CLI::App& flags,
                                    const std::vector<const LoopWriter*>& writers) const {
-  constexpr double half = 0.5;       // of a patch, to be laid side by side [m]
-  constexpr double page_half = 3.0;  // of one to look at
+  constexpr double half = 0.5;  // of a patch, to be laid side by side [m]
   const bool preset = is_grass(plant.input);
   if (!preset && !is_scene(plant.input)) return false;
   if (preset && !object.empty()) throw InputError("--object", "given with " + plant.input, "a scene (.toml)");
   const Scene scene =
       preset ? scene_of_grass(plant.input, {-half, -half}, {half, half}) : open_scene(plant.input);
-  const bool only = object.empty() && scene.objects.empty() && scene.grass.size() == 1;
-  const SceneGrass* grass = preset || only ? &scene.grass.front() : find_grass(scene, object);
-  if (grass == nullptr) {
-    refuse_unless_grass(scene, object);
+  const bool only = object.empty() && scene.objects.empty() && scene.grass.size() + scene.drift.size() == 1;
+  const std::string name = !only ? object : scene.drift.empty() ? scene.grass[0].name : scene.drift[0].name;
+  if (const SceneGrass* grass = find_thing(scene.grass, name)) {
+    write_grass(scene, *grass, preset, flags, writers);
+  } else if (const SceneDrift* drift = find_thing(scene.drift, name)) {
+    write_drift(scene, *drift, flags, writers);
+  } else {
+    refuse_what_is_painted(scene, object);
     return false;
   }
-  constexpr std::array<std::string_view, 9> known{"--object",  "--output", "--format",
-                                                  "--report",  "--morphs", "--compress",
-                                                  "--threads", "--period", "--fps"};
-  refuse_flags_of_plants(flags, grass->name, known);
+  return true;
+}
+
+Outputs AnimateCommand::outputs_of(const SceneCommands& commands) const {
+  std::vector<Place> inputs = commands.input_places();
+  inputs.push_back({"SCENE", is_scene(plant.input) ? plant.input : ""});
+  return Outputs(output_places(), inputs);
+}
+
+void AnimateCommand::write_grass(const Scene& scene, const SceneGrass& grass, bool preset,
+                                 const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const {
+  constexpr double page_half = 3.0;  // of a patch to look at [m]
+  refuse_flags_of_plants(flags, grass.name, thing_flags);
   for (std::size_t i = 0; i < writers.size(); ++i) {
     if (writers[i]->extension == "csv")
       throw InputError("-o " + outputs[i], "a table of nodes, which grass has not", ".glb, .html or .png");
   }
   const SceneCommands commands = commands_of(scene, flags);
-  std::vector<Place> inputs = commands.input_places();
-  inputs.push_back({"SCENE", preset ? "" : plant.input});
-  Outputs files(output_places(), inputs);
+  Outputs files = outputs_of(commands);
   StageLog log;
   WarningLog warnings;
   const FilmCamera nobody;
@@ -95,8 +108,8 @@ bool AnimateCommand::animate_grass(const CLI::App& flags,
   const auto pages = std::ranges::count_if(writers, is_page);
   std::optional<GrassOfPage> page;
   std::optional<SceneThing> model;
-  if (pages > 0) page = make_grass_of_page(preset ? around_origin(*grass, page_half) : *grass, site);
-  if (pages < std::ssize(writers) || writers.empty()) model = make_grass(*grass, site);
+  if (pages > 0) page = make_grass_of_page(preset ? around_origin(grass, page_half) : grass, site);
+  if (pages < std::ssize(writers) || writers.empty()) model = make_grass(grass, site);
   if (model && !writers.empty()) check_moves(*model);
   const LoopWriteOptions options{.morphs = morph_forms.at(morphs),
                                  .compression = compressions.at(compression)};
@@ -110,28 +123,77 @@ bool AnimateCommand::animate_grass(const CLI::App& flags,
                 writers[i]->extension == "glb" ? "morph targets" : "");
     }
   }
+  Json told = {{"species", grass.species}};
+  if (model) {
+    told["blades"] = model->count;
+    told["vertices"] = model->loops.front()->rest->vertex_count();
+    told["shapes"] = model->loops.front()->coordinates.cols();
+  }
+  if (page) told["page"] = {{"blades", page->grass.blade_count()}, {"vertices", page->grass.all_vertices}};
+  finish(std::move(told), commands, warnings, log, files);
+}
+
+void AnimateCommand::write_drift(const Scene& scene, const SceneDrift& drift, const CLI::App& flags,
+                                 const std::vector<const LoopWriter*>& writers) const {
+  refuse_flags_of_plants(flags, drift.name, thing_flags);
+  for (std::size_t i = 0; i < writers.size(); ++i) {
+    if (is_page(writers[i])) continue;
+    throw InputError("-o " + outputs[i],
+                     "given with " + drift.name + ", which drifts: no " + std::string(writers[i]->extension) +
+                         " holds that",
+                     ".html, or tremula render for pictures and films");
+  }
+  const SceneCommands commands = commands_of(scene, flags);
+  if (commands.is_clip) throw InputError("the motion of the scene", "a clip", "a loop, which drift needs");
+  Outputs files = outputs_of(commands);
+  StageLog log;
+  WarningLog warnings;
+  const FilmCamera nobody;
+  log.begin(drift.name);
+  const ThingSite site{scene, commands, nobody, log, warnings};
+  DriftOfPage page = [&] {
+    try {
+      return make_drift_of_page(drift, site);
+    } catch (const InputError& error) {
+      throw InputError(tremula::text_of(drift.place) + ": " + error.what());
+    }
+  }();
+  const double all = mean_seen(page.paths), share = share_of_page(page.paths);
+  if (share < 1) page.paths = thinned(page.paths, share);
+  const double seen = mean_seen(page.paths);
+  std::string shown = printed("%.0f", seen) + " seen at a time";
+  if (share < 1) {
+    shown += " of " + printed("%.0f", all);
+    warnings.add({drift.name + ": the page shows " + printed("%.3g", 100 * share) +
+                  " % of the number density, each with the same chance: " + shown});
+  }
+  for (const std::string& output : outputs) {
+    log.begin("write .html");
+    files.add(output, encode_drift_page(page.drift, page.paths, share, page.look, page.facts), shown);
+  }
+  finish({{"kind", drift.kind}, {"page", {{"seen", seen}, {"all", all}, {"share", share}}}}, commands,
+         warnings, log, files);
+}
+
+// Says in the report what was done, and writes all.
+void AnimateCommand::finish(Json told, const SceneCommands& commands, const WarningLog& warnings,
+                            StageLog& log, Outputs& files) const {
   log.finish();
   if (!report.empty()) {
-    Json told = {{"tremula", TREMULA_VERSION}, {"input", plant.input}, {"species", grass->species}};
-    if (model) {
-      told["blades"] = model->count;
-      told["vertices"] = model->loops.front()->rest->vertex_count();
-      told["shapes"] = model->loops.front()->coordinates.cols();
-    }
-    if (page) told["page"] = {{"blades", page->grass.blade_count()}, {"vertices", page->grass.all_vertices}};
-    told.update({{"wind_speed_m_s", commands.wind.speed},
-                 {"heading_deg", commands.wind.heading},
-                 {"period_s", commands.loop.period},
-                 {"frames_per_second", commands.frames_per_second},
-                 {"warnings", warnings.lines},
-                 {"outputs", outputs},
-                 {"stages", log.json()},
-                 {"peak_bytes", peak_bytes()}});
-    files.add(report, text_of(told));
+    Json all = {{"tremula", TREMULA_VERSION}, {"input", plant.input}};
+    all.update(told);
+    all.update({{"wind_speed_m_s", commands.wind.speed},
+                {"heading_deg", commands.wind.heading},
+                {"period_s", commands.loop.period},
+                {"frames_per_second", commands.frames_per_second},
+                {"warnings", warnings.lines},
+                {"outputs", outputs},
+                {"stages", log.json()},
+                {"peak_bytes", peak_bytes()}});
+    files.add(report, text_of(all));
   }
   files.commit();
   files.announce();
-  return true;
 }
 
 }  // namespace tremula::cli

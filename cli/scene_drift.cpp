@@ -51,22 +51,29 @@ DriftLook look_of(const SceneDrift& said, DriftForm form) {
 
 }  // namespace
 
-SceneThing make_drift(const SceneDrift& said, const ThingSite& site) {
+DriftOfPage make_drift_of_page(const SceneDrift& said, const ThingSite& site) {
   const Drift drift = drift_of(said);
   const Wind& wind = site.commands.blowing;
   TravellingField gusts =
       gust_field(wind, site.loop(), plane_around(drift, wind.reference.heading, site.ground()));
   gusts.ground = site.ground();
-  auto paths = std::make_shared<const DriftPaths>(carry(gusts, drift));
+  return {.drift = drift,
+          .paths = carry(gusts, drift),
+          .look = look_of(said, drift.kind.form),
+          .facts = {.name = said.name,
+                    .frames_per_second = site.commands.frames_per_second,
+                    .wind_speed = wind.reference.speed,
+                    .heading = wind.reference.heading,
+                    .seed = said.seed}};
+}
+
+SceneThing make_drift(const SceneDrift& said, const ThingSite& site) {
+  DriftOfPage made = make_drift_of_page(said, site);
   SceneThing thing{.name = said.name, .kind = said.kind};
-  if (paths->paths.empty()) return thing;  // so few that none comes in this loop
-  thing.count = drift_at(*paths, 0).size();
-  const LoopFacts facts{.name = said.name,
-                        .frames_per_second = site.commands.frames_per_second,
-                        .wind_speed = wind.reference.speed,
-                        .heading = wind.reference.heading,
-                        .seed = said.seed};
-  thing.loops = {std::make_shared<const Loop>(make_loop(paths, facts, look_of(said, drift.kind.form)))};
+  if (made.paths.paths.empty()) return thing;  // so few that none comes in this loop
+  thing.count = drift_at(made.paths, 0).size();
+  auto paths = std::make_shared<const DriftPaths>(std::move(made.paths));
+  thing.loops = {std::make_shared<const Loop>(make_loop(std::move(paths), made.facts, made.look))};
   return thing;
 }
 

@@ -2,6 +2,7 @@
 // gusts themselves. All of them take the wind that the objects have; none makes one.
 #pragma once
 
+#include "tremula/deformation/drift_pose.hpp"
 #include "tremula/deformation/grass_pose.hpp"
 #include "tremula/deformation/volume.hpp"
 #include "tremula/scene/film_camera.hpp"
@@ -51,6 +52,15 @@ struct GrassOfPage {
   LoopFacts facts;
 };
 GrassOfPage make_grass_of_page(const SceneGrass& grass, const ThingSite& site);
+
+// What drifts, as a page holds it (io/drift_page.hpp).
+struct DriftOfPage {
+  Drift drift;
+  DriftPaths paths;
+  DriftLook look;
+  LoopFacts facts;
+};
+DriftOfPage make_drift_of_page(const SceneDrift& drift, const ThingSite& site);
 
 // A volume before anybody looks at it.
 struct GrownVolume {

@@ -14,7 +14,7 @@ set(dynamics_headers basis branch_oscillators damping drag_in_time drift flappin
     transfer trunk_sway wind_forces)
 set(deformation_headers bend_table bent_pose bent_space blade_skin drift_pose fit_rig grass_pose loop morph_targets panel_pose pose principal_shapes rig sheet_pose volume)
 set(render_headers camera daylight denoise image linear_image render tone_map)
-set(io_headers atomic_file beam_plot contact_sheet exr film frame_file gauge_table gltf grass_page gust_plot gust_table html loop_writers mesh_compression
+set(io_headers atomic_file beam_plot contact_sheet drift_page exr film frame_file gauge_table gltf grass_page gust_plot gust_table html loop_writers mesh_compression
     modes_plot pose_table profile_table sheet_file skeleton_files spectrum_table swc table_header text_table treeqsm turbsim vdb vti wind_plot
     wind_targets wind_verdict)
 set(scene_headers film_camera gust_arrows haze placing scene scene_file scene_keys)

@@ -41,7 +41,7 @@ function shell(folder, script) {
   return { code: run.status ?? 1, out: run.stdout ?? '', err: run.stderr ?? String(run.error) };
 }
 
-// What the examples take for granted: a tree, a scan, a sheet, a measured wind, a grammar of one's own, a scene of fields.
+// What the examples take for granted: a tree, a scan, a sheet, a measured wind, a grammar of one's own, a scene of fields and weather.
 function prepare(folder) {
   const growing = readFileSync(join(root, 'docs/guide/growing.md'), 'utf8');
   const rowan = [...growing.matchAll(/```lsys\n([^]*?)```/g)].find((match) => match[1].includes('nodes ='));
@@ -52,7 +52,8 @@ function prepare(folder) {
   cpSync(join(root, 'scenes/sources'), join(folder, 'sources'), { recursive: true });
   copyFileSync(join(root, 'scenes/stam-figure-4.toml'), join(folder, 'scene.toml'));
   writeFileSync(join(folder, 'field.toml'), '[[grass]]\nspecies = "lawn"\nlow = [0, 0]\nhigh = [0.3, 0.3]\n' +
-    '[[volumes]]\nspecies = "rice"\nlow = [1, 0]\nhigh = [2, 1]\ntexel_size = 0.04\n');
+    '[[volumes]]\nspecies = "rice"\nlow = [1, 0]\nhigh = [2, 1]\ntexel_size = 0.04\n' +
+    ['snow', 'leaves'].map((kind) => `[[drift]]\nkind = "${kind}"\nlow = [-3, -3, 0]\nhigh = [3, 3, 4]\n`).join(''));
   const made = shell(folder, `set -e
     tremula grow sapling -o tree.swc
     tremula grow stam-62 -o scan.swc

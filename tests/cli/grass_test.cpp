@@ -58,12 +58,13 @@ TEST_F(Grass, RefusesFlagsThatShapePlantsAndTablesOfNodes) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.glb"));
 }
 
-TEST_F(Grass, OfASceneIsNamedAndWhatDriftsIsForPicturesAlone) {
-  write_scene("[[drift]]\nkind = \"snow\"\nlow = [0, 0, 0]\nhigh = [2, 2, 2]\n");
+TEST_F(Grass, OfASceneIsNamedAndPaintedTreesAreForPicturesAlone) {
+  write_scene("[[impressions]]\nname = \"far\"\n");
   ASSERT_EQ(run(folder, "animate s.toml --object lawn -o a.glb").code, 0);
-  const Outcome drift = run(folder, "animate s.toml --object snow -o b.glb");
-  EXPECT_EQ(drift.code, 2);
-  EXPECT_THAT(drift.messages, HasSubstr("which only tremula render shows"));
+  const Outcome trees = run(folder, "animate s.toml --object far -o b.html");
+  EXPECT_EQ(trees.code, 2);
+  EXPECT_THAT(trees.messages, HasSubstr("which only tremula render shows"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.html"));
 }
 
 TEST_F(Grass, TooMuchOfItForMorphTargetsIsRefusedWithItsNumber) {

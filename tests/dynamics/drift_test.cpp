@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <tbb/global_control.h>
@@ -238,6 +239,43 @@ TEST(DriftAt, WhatHasComeDownLiesStillOnTheGroundForItsTime) {
   }
   // What comes down on 400 m^2 in 5 s, but for the strip that is not reached before the box ends.
   EXPECT_NEAR(lying, 2000, 4 * std::sqrt(2000.0));
+}
+
+TEST(MeanSeen, IsTheMeanOfThoseThatAreSeen) {
+  const Drift drift{.kind = alike(1, 1), .lying_time = 2};
+  const DriftPaths paths = carry(gusts_for(drift, 4, loop), drift);
+  double sum = 0;
+  constexpr int times = 120;
+  for (int i = 0; i < times; ++i)
+    sum += static_cast<double>(drift_at(paths, i * loop.period / times).size()) / times;
+  EXPECT_NEAR(mean_seen(paths), sum, 1e-3 * sum);
+}
+
+TEST(Thinned, LeavesEachWithTheSameChanceWhereItWas) {
+  const Drift drift{.kind = alike(1, 2)};
+  const DriftPaths all = carry(gusts_for(drift, 4, loop), drift);
+  std::map<std::pair<std::uint32_t, float>, const DriftPath*> by_mark;
+  for (const DriftPath& path : all.paths) by_mark[{path.mark, path.birth}] = &path;
+  for (const double share : {0.1, 0.5, 0.9}) {
+    const DriftPaths fewer = thinned(all, share);
+    const auto count = static_cast<double>(all.paths.size());
+    EXPECT_NEAR(static_cast<double>(fewer.paths.size()), share * count,
+                4 * std::sqrt(share * (1 - share) * count));
+    // By what they are, none is favoured: in the halves of the box, and of the short and the long flights.
+    double left = 0, all_left = 0, flights = 0, all_flights = 0;
+    for (const DriftPath& path : all.paths)
+      all_left += path.start.x() < 0 ? 1 : 0, all_flights += path.air_time > 2 ? 1 : 0;
+    for (const DriftPath& path : fewer.paths) {
+      left += path.start.x() < 0 ? 1 : 0, flights += path.air_time > 2 ? 1 : 0;
+      const DriftPath& was = *by_mark.at({path.mark, path.birth});
+      for (const float age : {0.0F, 0.37F, 1.2F, 9.0F})
+        EXPECT_EQ(place_at(fewer, path, age), place_at(all, was, age));
+    }
+    EXPECT_NEAR(left, share * all_left, 4 * std::sqrt(share * all_left));
+    EXPECT_NEAR(flights, share * all_flights, 4 * std::sqrt(share * all_flights));
+  }
+  EXPECT_EQ(thinned(all, 1).off_line, all.off_line);
+  EXPECT_TRUE(thinned(all, 0).paths.empty());
 }
 
 TEST(Carry, ASourceLetsGoAsManyAsItsRateSaysFromItsBox) {

@@ -2,19 +2,18 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <string>
 #include <vector>
 
 #include <tbb/global_control.h>
 
+#include "io/page_block.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/io/html.hpp"
 #include "tremula/wind/point_wind.hpp"
@@ -22,6 +21,7 @@
 namespace tremula {
 namespace {
 
+using test::PageBlock;
 using ::testing::HasSubstr;
 
 TravellingField some_gusts(double height) {
@@ -37,36 +37,13 @@ GrassInWind some_grass(const char* species, double ground = 0) {
   return put_in_wind(std::move(meadow), gusts);
 }
 
-// As a reader of the description in the header would.
-struct Block {
-  nlohmann::json head;
-  std::string numbers;
-
-  explicit Block(const std::string& bytes) {
-    EXPECT_EQ(bytes.substr(0, 4), "TRMG");
-    std::uint32_t length = 0;
-    std::memcpy(&length, bytes.data() + 4, 4);
-    EXPECT_EQ(length % 4, 0U);
-    head = nlohmann::json::parse(bytes.substr(8, length));
-    numbers = bytes.substr(8 + length);
-  }
-  template <class T>
-  std::vector<T> values(const char* part, std::size_t count) const {
-    std::vector<T> result(count);
-    const std::size_t first = head[part]["first_byte"];
-    EXPECT_LE(first + count * sizeof(T), numbers.size());
-    std::memcpy(result.data(), numbers.data() + first, count * sizeof(T));
-    return result;
-  }
-};
-
 double off_by(double angle, double other) { return std::abs(std::remainder(angle - other, 2 * M_PI)); }
 
 TEST(EncodeGrass, BladesDecodeToWithinHalfAStep) {
   for (const char* species : {"meadow", "wheat", "rice"}) {
     const GrassInWind grass = some_grass(species, 1.5);
     const Meadow& meadow = grass.meadow;
-    const Block block(encode_grass(grass, {.name = species}));
+    const PageBlock block("TRMG", encode_grass(grass, {.name = species}));
     const auto& about = block.head["blades"];
     const std::size_t n = meadow.size();
     ASSERT_EQ(about["count"], n);
@@ -105,7 +82,7 @@ TEST(EncodeGrass, BladesDecodeToWithinHalfAStep) {
 
 TEST(EncodeGrass, ResponsesAndBendsDecodeToWithinHalfAStep) {
   const GrassInWind grass = some_grass("wheat");
-  const Block block(encode_grass(grass, {}));
+  const PageBlock block("TRMG", encode_grass(grass, {}));
   const auto& kinds = block.head["kinds"];
   ASSERT_EQ(kinds.size(), grass.bends.size());
   const std::size_t of_a_make = 2 * static_cast<std::size_t>(grass.loop.sample_count * grass.plane.columns);
@@ -146,7 +123,7 @@ TEST(EncodeGrass, ResponsesAndBendsDecodeToWithinHalfAStep) {
 
 TEST(EncodeGrass, TheSkinsAreThoseThatThePoseDresses) {
   const GrassInWind grass = some_grass("rice");
-  const Block block(encode_grass(grass, {}));
+  const PageBlock block("TRMG", encode_grass(grass, {}));
   std::vector<std::size_t> blades(grass.bends.size(), 0);
   for (const std::uint8_t kind : grass.meadow.kind) ++blades[kind];
   std::size_t vertices = 0;

@@ -2,12 +2,11 @@
 // which the graphics card reads as a texture. The shader does what pose_grass (src/tremula/deformation) does; what
 // the page holds is described in src/tremula/io/grass_page.hpp.
 import {
-  Box3, BufferAttribute, BufferGeometry, Camera, Color, DataTexture, DoubleSide, FloatType, FrontSide, Group,
-  InstancedBufferAttribute, InstancedBufferGeometry, Mesh, MeshDepthMaterial, MeshStandardMaterial, NoBlending,
-  PlaneGeometry, Points, RGBADepthPacking, RGBAFormat, RGBAIntegerFormat, RGFormat, Scene, ShaderMaterial, SRGBColorSpace,
-  UnsignedIntType, Vector2, Vector3, Vector4, WebGLRenderTarget, type IUniform, type WebGLRenderer,
+  Box3, BufferAttribute, Color, DoubleSide, FrontSide, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh,
+  MeshDepthMaterial, MeshStandardMaterial, PlaneGeometry, RGBADepthPacking, SRGBColorSpace, Vector2, Vector3, Vector4,
 } from 'three';
-import type {Facts, Loop, PlantMesh, VertexTable} from './loop';
+import {mostRows, PosedVertices, readBlock, texelShader, texture, wordsOfThings, type Uniforms} from './block';
+import type {Facts, Loop, PlantMesh} from './loop';
 import type {Movement, Player, Shape} from './movement';
 
 interface Make { response: number; lean_rad: number; per_length: number; step_rad: number }
@@ -40,13 +39,8 @@ interface Header {
   kinds: Kind[];
 }
 
-const magic = 0x474d5254;  // "TRMG"
 const mostKinds = 8, makesPerKind = 3;
 const mostWithShadows = 500_000;  // which pose every blade twice a frame
-const textureWidth = 2048;  // what every card has
-
-export const isGrass = (data: ArrayBuffer): boolean =>
-  data.byteLength > 8 && new DataView(data).getUint32(0, true) === magic;
 
 // Everything that the shader needs to know of a blade by its number. poseBlade gives a vertex of it, by where the vertex
 // is about the joints of the blade: [m], z up.
@@ -69,14 +63,14 @@ const poseShader = /* glsl */ `
   };
   struct Directions { vec4 x, y, z; };  // of four pieces
 
-  ivec2 grassTexel(int i) { return ivec2(i & ${textureWidth - 1}, i >> ${Math.log2(textureWidth)}); }
+  ${texelShader}
   vec2 turned(uint part, float parts) {
     float angle = float(part) * (6.283185307179586 / parts);
     return vec2(cos(angle), sin(angle));
   }
 
   Blade bladeOf(int i) {
-    uvec4 r = texelFetch(grassBlades, grassTexel(i), 0);
+    uvec4 r = texelFetch(grassBlades, texelOf(i), 0);
     Blade b;
     b.foot = grassLow + grassStep * vec3(r.x & 0xffffu, r.x >> 16, r.y & 0xffffu);
     b.length = grassSizeSteps.x * float(r.y >> 16);
@@ -104,17 +98,17 @@ const poseShader = /* glsl */ `
     int next = p + 1 == samples ? 0 : p + 1, right = c + 1 < columns ? 1 : 0;
     float t = at - float(p), w = column - float(c);
     int first = int(make.x) * samples * columns + c, before = first + p * columns, after = first + next * columns;
-    vec2 low = mix(texelFetch(grassResponses, grassTexel(before), 0).xy,
-                   texelFetch(grassResponses, grassTexel(before + right), 0).xy, w);
-    vec2 high = mix(texelFetch(grassResponses, grassTexel(after), 0).xy,
-                    texelFetch(grassResponses, grassTexel(after + right), 0).xy, w);
+    vec2 low = mix(texelFetch(grassResponses, texelOf(before), 0).xy,
+                   texelFetch(grassResponses, texelOf(before + right), 0).xy, w);
+    vec2 high = mix(texelFetch(grassResponses, texelOf(after), 0).xy,
+                    texelFetch(grassResponses, texelOf(after + right), 0).xy, w);
     vec2 a = grassLoad * b.length * make.z * (vec2(make.y, 0) + make.w * mix(low, high, t));
     return vec2(grassHeading.x * a.x - grassHeading.y * a.y, grassHeading.y * a.x + grassHeading.x * a.y);
   }
 
   Directions bendAt(int entry) {
-    return Directions(texelFetch(grassBends, grassTexel(3 * entry), 0), texelFetch(grassBends, grassTexel(3 * entry + 1), 0),
-                      texelFetch(grassBends, grassTexel(3 * entry + 2), 0));
+    return Directions(texelFetch(grassBends, texelOf(3 * entry), 0), texelFetch(grassBends, texelOf(3 * entry + 1), 0),
+                      texelFetch(grassBends, texelOf(3 * entry + 2), 0));
   }
 
   // In the blade's own axes, at angles in its plane and across.
@@ -182,28 +176,6 @@ const poseShader = /* glsl */ `
   }
 `;
 
-type Uniforms = Record<string, IUniform>;
-
-function texture(values: Float32Array | Uint32Array, channels: 2 | 4): DataTexture {
-  const texels = values.length / channels, rows = Math.max(1, Math.ceil(texels / textureWidth));
-  const Numbers = values instanceof Uint32Array ? Uint32Array : Float32Array;
-  const padded = new Numbers(channels * textureWidth * rows);
-  padded.set(values);
-  const result = values instanceof Uint32Array ?
-      new DataTexture(padded, textureWidth, rows, RGBAIntegerFormat, UnsignedIntType) :
-      new DataTexture(padded, textureWidth, rows, channels === 2 ? RGFormat : RGBAFormat, FloatType);
-  if (values instanceof Uint32Array) result.internalFormat = 'RGBA32UI';
-  result.needsUpdate = true;
-  return result;
-}
-
-// From one word of all blades after the other to four words a blade.
-function wordsOfBlades(words: Uint32Array, count: number): Uint32Array {
-  const blades = new Uint32Array(4 * count);
-  for (let word = 0; word < 4; ++word) for (let i = 0; i < count; ++i) blades[4 * i + word] = words[word * count + i];
-  return blades;
-}
-
 const kindOfBlade = (word: number): number => (word >>> 10) & 7;
 
 function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms {
@@ -216,7 +188,7 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
   const heading = field.heading_deg * Math.PI / 180;
   const {period_s: period} = header.facts;
   return {
-    grassBlades: {value: texture(wordsOfBlades(new Uint32Array(data, first + blades.first_byte, 4 * blades.count), blades.count), 4)},
+    grassBlades: {value: texture(wordsOfThings(new Uint32Array(data, first + blades.first_byte, 4 * blades.count), blades.count), 4)},
     grassResponses: {value: texture(Float32Array.from(angles), 2)},
     grassBends: {value: texture(directions, 4)},
     grassLow: {value: new Vector3(...blades.low_m)},
@@ -255,14 +227,14 @@ function bladeMaterial(kind: Kind, uniforms: Uniforms): MeshStandardMaterial {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
         .replace('void main() {', `${poseShader}
-          attribute float blade;
+          attribute float thing;
           varying vec3 grassTint;
           float bladeHash(float n) { return fract(sin(n) * 43758.5453); }
           void main() {`)
         .replace('#include <beginnormal_vertex>', `
           vec3 bladePlace, objectNormal;
-          poseBlade(int(blade), position, normal.xy, bladePlace, objectNormal);
-          float bright = bladeHash(0.731 * blade), yellow = bladeHash(1.317 * blade + 5.0) - 0.5;
+          poseBlade(int(thing), position, normal.xy, bladePlace, objectNormal);
+          float bright = bladeHash(0.731 * thing), yellow = bladeHash(1.317 * thing + 5.0) - 0.5;
           float above = (bladePlace.z - grassLow.z) / grassBladeHeight;
           grassTint = mix(0.45, 1.25, smoothstep(0.0, 0.9, above)) * (0.8 + 0.4 * bright) *
               vec3(1.0 + 0.45 * yellow, 1.0, 1.0 - 0.3 * yellow);`)
@@ -285,10 +257,10 @@ function shadowMaterial(uniforms: Uniforms): MeshDepthMaterial {
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, uniforms);
     shader.vertexShader = shader.vertexShader
-        .replace('void main() {', `${poseShader}\nattribute float blade;\nvoid main() {`)
+        .replace('void main() {', `${poseShader}\nattribute float thing;\nvoid main() {`)
         .replace('#include <begin_vertex>', `
           vec3 transformed, bladeNormal;
-          poseBlade(int(blade), position, normal.xy, transformed, bladeNormal);`);
+          poseBlade(int(thing), position, normal.xy, transformed, bladeNormal);`);
   };
   return material;
 }
@@ -300,7 +272,7 @@ function geometryOf(kind: Kind, blades: Float32Array): InstancedBufferGeometry {
   geometry.setAttribute('position', columns(0, 1, 2));
   geometry.setAttribute('normal', columns(3, 4, -1));
   geometry.setAttribute('uv', columns(5, 6));
-  geometry.setAttribute('blade', new InstancedBufferAttribute(blades, 1));
+  geometry.setAttribute('thing', new InstancedBufferAttribute(blades, 1));
   geometry.setIndex(triangles);
   geometry.instanceCount = blades.length;
   return geometry;
@@ -336,67 +308,8 @@ class InWind implements Movement {
   }
 }
 
-// Where the graphics card puts vertices, asked one by one: for tests and scripts.
-class PosedVertices implements VertexTable {
-  readonly count: number;
-  private readonly target = new WebGLRenderTarget(1, 1, {type: FloatType, format: RGBAFormat, depthBuffer: false});
-  private readonly geometry = new BufferGeometry();
-  private readonly scene = new Scene();
-
-  constructor(private readonly kinds: Kind[], private readonly blades: Float32Array[], uniforms: Uniforms) {
-    this.count = kinds.reduce((sum, kind, i) => sum + kind.skin.vertices.length * blades[i].length, 0);
-    this.geometry.setAttribute('position', new BufferAttribute(new Float32Array(3), 3));
-    this.geometry.setAttribute('normal', new BufferAttribute(new Float32Array(3), 3));
-    this.geometry.setAttribute('blade', new BufferAttribute(new Float32Array(1), 1));
-    const point = new Points(this.geometry, new ShaderMaterial({
-      uniforms, blending: NoBlending, depthTest: false,
-      vertexShader: `${poseShader}
-        attribute float blade;
-        varying vec3 place;
-        void main() {
-          vec3 unused;
-          poseBlade(int(blade), position, normal.xy, place, unused);
-          gl_PointSize = 1.0;
-          gl_Position = vec4(0, 0, 0, 1);
-        }`,
-      fragmentShader: 'varying vec3 place; void main() { gl_FragColor = vec4(place, 1.0); }',
-    }));
-    point.frustumCulled = false;
-    this.scene.add(point);
-  }
-
-  position(index: number, renderer: WebGLRenderer): [number, number, number] {
-    const {blade, vertex} = this.find(index), {position, normal, blade: number} = this.geometry.attributes;
-    (position.array as Float32Array).set(vertex.slice(0, 3));
-    (normal.array as Float32Array).set(vertex.slice(3, 5));
-    (number.array as Float32Array)[0] = blade;
-    for (const attribute of [position, normal, number]) attribute.needsUpdate = true;
-    renderer.setRenderTarget(this.target);
-    renderer.render(this.scene, new Camera());
-    renderer.setRenderTarget(null);
-    const pixel = new Float32Array(4);
-    renderer.readRenderTargetPixels(this.target, 0, 0, 1, 1, pixel);
-    return [pixel[0], pixel[1], pixel[2]];
-  }
-
-  branch(index: number): number { return this.find(index).blade; }
-  along(index: number): number { return this.find(index).vertex[6]; }
-
-  // All vertices of a kind, blade after blade, before those of the next.
-  private find(index: number): {blade: number; vertex: number[]} {
-    for (const [k, {skin: {vertices}}] of this.kinds.entries()) {
-      const count = vertices.length * this.blades[k].length;
-      if (index < count)
-        return {blade: this.blades[k][Math.floor(index / vertices.length)], vertex: vertices[index % vertices.length]};
-      index -= count;
-    }
-    throw new RangeError('no such vertex');
-  }
-}
-
 export function readGrass(data: ArrayBuffer): Loop {
-  const length = new DataView(data).getUint32(4, true), first = 8 + length;
-  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, 8, length))) as Header;
+  const {header, first} = readBlock<Header>(data);
   const {kinds, facts, blades: {count, low_m, step_m, first_byte}} = header;
   const last = new Uint32Array(data, first + first_byte + 12 * count, count);
   const byKind = kinds.map((_, k) => Float32Array.from([...last.keys()].filter((i) => kindOfBlade(last[i]) === k)));
@@ -418,11 +331,14 @@ export function readGrass(data: ArrayBuffer): Loop {
   root.updateMatrixWorld(true);
   const tallest = Math.max(header.height_m, 65535 * header.blades.length_step_m);
   const extent = new Box3(new Vector3(low.x, low.z, -high.y), new Vector3(high.x, high.z + tallest, -low.y));
-  const rows = Math.max(...['grassBlades', 'grassResponses', 'grassBends'].map(
-      (name) => (uniforms[name].value as DataTexture).image.height));
   return {
     name: header.name, facts, root, meshes, movement: new InWind(facts, header.field.samples, uniforms),
-    vertices: new PosedVertices(kinds, byKind, uniforms),
-    field: {extent, textureRows: rows, castsShadow: count <= mostWithShadows, told: `${count.toLocaleString('en').replaceAll(',', ' ')} blades`},
+    vertices: new PosedVertices(kinds.map(({skin: {vertices}}, k) => ({
+      vertices: vertices.map((vertex) => [...vertex.slice(0, 5), 0]), along: vertices.map((vertex) => vertex[6]),
+      things: byKind[k], width: 1,
+    })), uniforms, poseShader, `
+      vec3 unused;
+      poseBlade(int(thing), position, normal.xy, place, unused);`),
+    field: {extent, textureRows: mostRows(uniforms), castsShadow: count <= mostWithShadows, weather: 'fair', view: 'over', told: `${count.toLocaleString('en').replaceAll(',', ' ')} blades`},
   };
 }

@@ -28,12 +28,14 @@ export interface Loop {
   meshes: PlantMesh[];  // the parts of the surface, as bark and leaves, of every instance
   movement: Movement;
   vertices: VertexTable;
-  field?: Field;        // of a meadow
+  field?: Field;        // of a meadow, or of what drifts
 }
 
-// A meadow is no thing to be looked at from aside, and its meshes do not say where it is.
+// Neither is a thing to be looked at from aside, and the meshes do not say where it is.
 export interface Field {
   extent: Box3;         // [m] y up
+  view: 'over' | 'through';
+  weather: 'fair' | 'rain' | 'snow';
   textureRows: number;  // of the largest texture
   castsShadow: boolean;
   told: string;         // what it has, in place of modes

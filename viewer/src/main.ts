@@ -1,6 +1,8 @@
 // Plays the loop that the page carries, at any instant and in any wind up to the strongest it knows.
 import './style.css';
-import {isGrass, readGrass} from './grass';
+import {hasLetters} from './block';
+import {readDrift} from './drift';
+import {readGrass} from './grass';
 import {readLoop, unpack} from './loop';
 import {dress} from './materials';
 import type {Player} from './movement';
@@ -27,7 +29,7 @@ async function start(): Promise<void> {
   const data = document.getElementById('loop')!;
   const bytes = await unpack(data.textContent!);
   data.remove();
-  const loop = isGrass(bytes) ? readGrass(bytes) : await readLoop(bytes);
+  const loop = hasLetters(bytes, 'TRMG') ? readGrass(bytes) : hasLetters(bytes, 'TRMD') ? readDrift(bytes) : await readLoop(bytes);
   if (!loop.field) dress(loop.meshes);
 
   const period = loop.facts.period_s;

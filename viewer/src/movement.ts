@@ -17,7 +17,7 @@ export interface Player {
 
 export interface Movement {
   readonly shapes: Shape[];
-  readonly windLimit: number;  // the largest Player.wind that it can show
+  readonly windLimit: number;  // the largest Player.wind that it can show; 0: only its own
   readonly windHint: string;   // how it comes by winds that are not in the file
   windText(wind: number): string;  // its speed
   shownText(wind: number): string;  // what of the file is on the screen; empty where that is plain

@@ -26,6 +26,7 @@ export class Panel {
 
     element<HTMLInputElement>('wind').max = String(loop.movement.windLimit);
     element('wind').parentElement!.title = loop.movement.windHint;
+    element('wind').parentElement!.hidden = loop.movement.windLimit === 0;
     this.slider('wind', (k) => { player.wind = k; return loop.movement.windText(k); });
     this.slider('speed', (k) => { player.speed = k; return `${k.toFixed(2)}×`; });
     this.listModes();

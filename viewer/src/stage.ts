@@ -5,10 +5,25 @@ import {
   SkinnedMesh, Sphere, SphereGeometry, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
-import type {Loop} from './loop';
+import type {Field, Loop} from './loop';
 
-const zenith = new Color(0x7fa9cf), horizon = new Color(0xe8eef0), floor = new Color(0xcdd2c4);
-const turf = new Color(0x84906c);
+interface Weather { zenith: Color; horizon: Color; floor: Color; turf: Color; sun: number; sky: number }
+
+// Flakes and streaks are seen before what is darker than they are.
+const weathers: Record<Field['weather'], Weather> = {
+  fair: {
+    zenith: new Color(0x7fa9cf), horizon: new Color(0xe8eef0), floor: new Color(0xcdd2c4), turf: new Color(0x84906c),
+    sun: 2.7, sky: 1.9,
+  },
+  rain: {
+    zenith: new Color(0x4d565e), horizon: new Color(0x7d878e), floor: new Color(0x5d625a), turf: new Color(0x5a6250),
+    sun: 0.5, sky: 2.6,
+  },
+  snow: {
+    zenith: new Color(0x56616d), horizon: new Color(0x8a95a0), floor: new Color(0xa9b1b8), turf: new Color(0xc3cad1),
+    sun: 0.6, sky: 2.8,
+  },
+};
 
 export class Stage {
   readonly renderer: WebGLRenderer;
@@ -17,11 +32,15 @@ export class Stage {
   private readonly controls: OrbitControls;
   private readonly extent = new Box3();  // of the plant at rest, and of a sheet as it moves
   private readonly azimuth: number;
-  private readonly isField: boolean;
+  private readonly view: Field['view'] | 'beside';
+  private readonly weather: Weather;
   private framed = true;                 // until somebody moves the camera
 
   constructor(private readonly canvas: HTMLCanvasElement, loop: Loop) {
-    this.isField = loop.field !== undefined;
+    this.view = loop.field?.view ?? 'beside';
+    const weather = loop.field?.weather ?? 'fair';
+    this.weather = weathers[weather];
+    document.body.dataset.weather = weather;
     const moved = isSheet(loop) ? placesOf(loop) : [];
     this.azimuth = azimuthOf(moved, MathUtils.degToRad(loop.facts.heading_deg));
     this.renderer = new WebGLRenderer({canvas, antialias: true});
@@ -68,8 +87,12 @@ export class Stage {
     const size = this.extent.getSize(new Vector3()), center = this.extent.getCenter(new Vector3());
     const radius = Math.max(size.x, size.z) / 2, half = Math.tan(MathUtils.degToRad(this.camera.fov / 2));
     // A meadow is looked over, from beside it, and need not be in the picture to its corners.
-    const share = this.isField ? 0.8 : 1.12, polar = MathUtils.degToRad(this.isField ? 74 : 85);
-    const distance = radius + Math.max(1.12 * size.y / 2 / half, share * radius / half / this.camera.aspect);
+    const share = this.view === 'over' ? 0.8 : 1.12;
+    const polar = MathUtils.degToRad({beside: 85, over: 74, through: 88}[this.view]);
+    // What drifts is looked through, from its edge: what is near is large and fast, as in weather.
+    const distance = this.view === 'through' ?
+        Math.max(size.y / 2 / half, radius) :
+        radius + Math.max(1.12 * size.y / 2 / half, share * radius / half / this.camera.aspect);
     const direction = new Vector3(Math.sin(polar) * Math.cos(this.azimuth), Math.cos(polar),
                                   -Math.sin(polar) * Math.sin(this.azimuth));
     this.controls.target.copy(center).addScaledVector(new Vector3(0, -1, 0), 0.06 * size.y);
@@ -87,7 +110,7 @@ export class Stage {
     const most = Math.min(gl.getParameter(gl.MAX_VERTEX_UNIFORM_VECTORS) - 64,
                           gl.getParameter(gl.MAX_ARRAY_TEXTURE_LAYERS));
     if ((loop.field?.textureRows ?? 0) > gl.getParameter(gl.MAX_TEXTURE_SIZE))
-      throw new Error('its meadow is larger than a texture of the graphics here can be');
+      throw new Error('it is larger than a texture of the graphics here can be');
     const targets = Math.max(...loop.meshes.map((mesh) => mesh.morphTargetInfluences?.length ?? 0));
     if (targets > most) throw new Error(`it has ${targets} morph targets, and the graphics here can blend ${most}`);
   }
@@ -99,7 +122,7 @@ export class Stage {
     // From behind the camera's left shoulder, so that the shadow falls beside the plant.
     const towardsSun = new Vector3(-0.75, 1.1, 0.6).normalize().applyAxisAngle(
         new Vector3(0, 1, 0), this.azimuth + Math.PI / 2);
-    const sun = new DirectionalLight(0xfff3e0, 2.7);
+    const sun = new DirectionalLight(0xfff3e0, this.weather.sun);
     sun.position.copy(center).addScaledVector(towardsSun, 4 * radius);
     sun.target.position.copy(center);
     sun.castShadow = true;
@@ -109,9 +132,9 @@ export class Stage {
                                       near: radius, far: 12 * radius});
     sun.shadow.normalBias = 2 * reach / 2048;
     sun.shadow.radius = 2.5;
-    this.scene.add(sun, sun.target, new HemisphereLight(0xe4eef8, 0xa09c84, 1.9));
+    this.scene.add(sun, sun.target, new HemisphereLight(0xe4eef8, 0xa09c84, this.weather.sky));
 
-    this.scene.add(makeSky(ground, 40 * radius), makeTurf(ground, 2.2 * radius));
+    this.scene.add(makeSky(ground, 40 * radius, this.weather), makeTurf(ground, 2.2 * radius, this.weather));
     if (loop.facts.wind_speed_m_s > 0) this.scene.add(makeArrow(ground, radius, loop.facts.heading_deg, loop.field ? 0.65 : 0));
   }
 }
@@ -160,7 +183,7 @@ function azimuthOf(moved: Vector3[][], heading: number): number {
 }
 
 // A dome without seam: the floor goes over into the sky at the horizon.
-function makeSky(center: Vector3, radius: number): Mesh {
+function makeSky(center: Vector3, radius: number, {zenith, horizon, floor}: Weather): Mesh {
   const material = new ShaderMaterial({
     side: BackSide,
     depthWrite: false,
@@ -191,7 +214,7 @@ function makeSky(center: Vector3, radius: number): Mesh {
 }
 
 // A patch of ground that catches the shadow and fades out.
-function makeTurf(center: Vector3, radius: number): Mesh {
+function makeTurf(center: Vector3, radius: number, {turf}: Weather): Mesh {
   const geometry = new RingGeometry(radius * 1e-3, radius, 96, 24);
   const position = geometry.attributes.position;
   const colors = new Float32Array(4 * position.count);

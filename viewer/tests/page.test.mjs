@@ -4,7 +4,7 @@ import {readFileSync, writeFileSync} from 'node:fs';
 import {after, before, describe, test} from 'node:test';
 import {pathToFileURL} from 'node:url';
 import {
-  animate, animateField, avenue, distance, heightOf, largestError, launchBrowser, meadow, needsBrowser, openPage, plants,
+  animate, animateDrift, animateField, avenue, distance, drifts, heightOf, largestError, launchBrowser, meadow, needsBrowser, openPage, plants,
   readPoses, restNodes, screenshotPath, settings, tips, tolerance,
 } from './support.mjs';
 
@@ -224,6 +224,57 @@ describe('the page', needsBrowser, () => {
     assert.deepEqual(complaints, []);
     await page.close();
   });
+
+  test('the graphics card puts what drifts where the library does', async (t) => {
+    const written = drifts();
+    if (!written) return t.skip('the examples were not built');
+    assert.equal(written.length, 4);
+    for (const {kind, html, posed} of written) {
+      const {page, complaints} = await openPage(browser, {viewport: {width: 300, height: 200}, reducedMotion: 'reduce'});
+      await page.goto(pathToFileURL(html).href);
+      await page.evaluate(() => window.tremula.ready);
+      const times = [...new Set(posed.map(({time}) => time))];
+      assert.equal(times.length, 3);
+      const found = [];
+      for (const time of times) {
+        const wanted = posed.filter((one) => one.time === time);
+        const places = await page.evaluate(positionsAt, [time, wanted.map(({index}) => index)]);
+        found.push(places);
+        places.forEach((place, i) => {
+          const off = distance(place, wanted[i].place);
+          assert.ok(off < 1e-4, `${kind} ${wanted[i].index} at ${time} s: ${place} for ${wanted[i].place}`);
+        });
+      }
+      const moved = Math.max(...found[0].map((place, i) => distance(place, found[1][i])));
+      assert.ok(moved > 1, `${moved} m: this would show nothing`);
+      assert.deepEqual(complaints, []);
+      await page.close();
+    }
+  });
+
+  for (const kind of ['snow', 'rain', 'leaves', 'seeds']) {
+    test(`${kind} drifts, closes, and offers no other wind`, async () => {
+      const {html, report} = animateDrift(kind);
+      const {page, complaints, requests} = await openPage(browser, {viewport: {width: 600, height: 420}, reducedMotion: 'reduce'});
+      const url = pathToFileURL(html).href;
+      await page.goto(url);
+      await page.evaluate(() => window.tremula.ready);
+      const told = {snow: 'flakes', rain: 'drops', leaves: 'leaves', seeds: 'seeds'}[kind];
+      assert.ok(report.page.seen > 100, `${report.page.seen}`);
+      const seen = Math.round(report.page.seen).toLocaleString('en').replaceAll(',', ' ');
+      assert.equal(await page.locator('#facts').textContent(), `6 s loop · ${seen} ${told}`);
+      assert.equal(await page.locator('#shown').textContent(), 'in the wind of 6.0 m/s, which made these paths');
+      assert.ok(await page.locator('#wind').isHidden());
+      assert.ok(await page.locator('#modes').isHidden());
+      const first = await page.evaluate(pictureAt, 0);
+      assert.equal(await page.evaluate(pictureAt, 6), first);
+      assert.notEqual(await page.evaluate(pictureAt, 2.2), first);
+      await page.screenshot({path: screenshotPath(kind)});
+      assert.deepEqual(complaints, []);
+      assert.deepEqual(requests, [url]);
+      await page.close();
+    });
+  }
 
   test('a meadow moves, closes, and stands upright in still air', async () => {
     const {html, report} = animateField('meadow');

@@ -79,31 +79,56 @@ export function avenue() {
   return {glb: join(folder, 'avenue.glb'), html: join(folder, 'avenue.html'), instances};
 }
 
-// The page of the example of a meadow, and where vertices are in it; nothing where the examples were not built.
+// What an example prints of its pages into this folder, line by line; nothing where the examples were not built.
+function linesOfExample(name) {
+  const example = join(process.env.TREMULA_EXAMPLES ?? '', name);
+  return existsSync(example) ? execFileSync(example, [folder], {encoding: 'utf8'}).trim().split('\n') : undefined;
+}
+const posedOf = (numbers) => {
+  const [time, index, ...place] = numbers.map(Number);
+  return {time, index, place};
+};
+
+// The page of the example of a meadow, and where vertices are in it.
 export function meadow() {
-  const example = join(process.env.TREMULA_EXAMPLES ?? '', 'example_08_meadow_page');
-  if (!existsSync(example)) return undefined;
-  const posed = execFileSync(example, [folder], {encoding: 'utf8'}).trim().split('\n').map((line) => {
-    const [time, index, ...place] = line.split(' ').map(Number);
-    return {time, index, place};
-  });
-  return {html: join(folder, 'meadow.html'), posed};
+  const posed = linesOfExample('example_08_meadow_page')?.map((line) => posedOf(line.split(' ')));
+  return posed && {html: join(folder, 'meadow.html'), posed};
+}
+
+// The pages of the example of what drifts, the same by kind.
+export function drifts() {
+  const lines = linesOfExample('example_09_drift_page')?.map((line) => line.split(' '));
+  return lines && [...new Set(lines.map(([kind]) => kind))].map((kind) => ({
+    kind, html: join(folder, `${kind}.html`),
+    posed: lines.filter(([of]) => of === kind).map(([, ...numbers]) => posedOf(numbers)),
+  }));
 }
 
 // The page of a field of a scene, and the report of `tremula animate`.
-export function animateField(species) {
-  const scene = join(folder, `${species}.toml`), html = join(folder, `${species}.html`), report = join(folder, `${species}.json`);
-  writeFileSync(scene, `[motion]
-period = 6
-fps = 20
-[wind]
-wind_speed = 6
-[[grass]]
+export const animateField = (species) => animateThing(species, `[[grass]]
 name = "field"
 species = "${species}"
 low = [-0.8, -0.8]
 high = [0.8, 0.8]
 `);
+
+export const animateDrift = (kind) => animateThing(kind, `[[drift]]
+name = "field"
+kind = "${kind}"
+low = [-3, -3, 0]
+high = [3, 3, 4]
+density = 4
+lie_time = 1
+`);
+
+function animateThing(name, thing) {
+  const scene = join(folder, `${name}.toml`), html = join(folder, `${name}-field.html`), report = join(folder, `${name}.json`);
+  writeFileSync(scene, `[motion]
+period = 6
+fps = 20
+[wind]
+wind_speed = 6
+${thing}`);
   execFileSync(program, ['animate', scene, '--object', 'field', '-o', html, '--report', report], {stdio: ['ignore', 'ignore', 'pipe']});
   return {html, report: JSON.parse(readFileSync(report, 'utf8'))};
 }

@@ -138,13 +138,7 @@ class Sharing {
 
 // ---- Meshes, of size 1
 
-struct SmallMesh {
-  std::vector<Vector3f> position, normal;
-  std::vector<Vector2f> texture;
-  std::vector<std::uint32_t> triangles;
-};
-
-void add_normals(SmallMesh& mesh) {
+void add_normals(DriftMesh& mesh) {
   mesh.normal.assign(mesh.position.size(), Vector3f::Zero());
   for (std::size_t i = 0; i < mesh.triangles.size(); i += 3) {
     const std::uint32_t a = mesh.triangles[i], b = mesh.triangles[i + 1], c = mesh.triangles[i + 2];
@@ -157,9 +151,9 @@ void add_normals(SmallMesh& mesh) {
 constexpr std::size_t grain_corners = 6;
 
 // An octahedron of the volume of a ball of diameter 1, that meshes shaded round.
-SmallMesh grain() {
+DriftMesh grain() {
   const float radius = 0.5F * std::cbrt(std::numbers::pi_v<float>);
-  SmallMesh mesh;
+  DriftMesh mesh;
   for (int axis = 0; axis < 3; ++axis) {
     for (const float side : {-1.0F, 1.0F}) mesh.position.emplace_back(side * radius * Vector3f::Unit(axis));
   }
@@ -170,8 +164,8 @@ SmallMesh grain() {
 }
 
 // As the cards of leaves on trees: folded along a midrib that arches; y along it. Texture across and along.
-SmallMesh card(std::array<std::array<float, 3>, leaf_vertices> corners, float widest) {
-  SmallMesh mesh;
+DriftMesh card(std::array<std::array<float, 3>, leaf_vertices> corners, float widest) {
+  DriftMesh mesh;
   for (const auto& [x, y, z] : corners) {
     mesh.position.emplace_back(x, y, z);
     mesh.texture.emplace_back(x / widest + 0.5F, y + 0.5F);
@@ -182,7 +176,7 @@ SmallMesh card(std::array<std::array<float, 3>, leaf_vertices> corners, float wi
 }
 
 // Base, middle, tip, left edge, right edge; a fallen leaf is dry and bent more than one on its tree.
-SmallMesh leaf_card() {
+DriftMesh leaf_card() {
   return card({{{0, -0.5F, 0.1F},
                 {0, 0, 0.02F},
                 {0, 0.5F, 0.14F},
@@ -194,7 +188,7 @@ SmallMesh leaf_card() {
 }
 
 // A wing with the nut, which it spins about, at its base.
-SmallMesh samara_card() {
+DriftMesh samara_card() {
   return card({{{0.02F, -0.08F, 0},
                 {0.03F, 0.4F, 0.02F},
                 {-0.03F, 0.92F, 0},
@@ -203,19 +197,6 @@ SmallMesh samara_card() {
                 {0.08F, 0.1F, 0},
                 {0.07F, 0.6F, 0}}},
               0.28F);
-}
-
-SmallMesh mesh_of(DriftForm form) {
-  switch (form) {
-    case DriftForm::leaf:
-      return leaf_card();
-    case DriftForm::seed:
-      return samara_card();
-    case DriftForm::flake:
-    case DriftForm::drop:
-      break;
-  }
-  return grain();
 }
 
 // ---- Turns
@@ -232,56 +213,56 @@ struct Turned {
 Matrix3f about_z(float angle) { return Eigen::AngleAxisf(angle, Vector3f::UnitZ()).toRotationMatrix(); }
 
 // How much of the flight's turns is left shortly before it comes to rest.
-float flying(const DriftPath& path, float age) {
-  constexpr float settling = 0.35F;  // [s]
+float flying_at(const DriftPath& path, float age) {
   if (!(path.lying_time > 0)) return 1;
-  const float left = std::clamp((path.air_time - age) / settling, 0.0F, 1.0F);
+  const float left = std::clamp((path.air_time - age) / settling_time, 0.0F, 1.0F);
   return left * left * (3 - 2 * left);
 }
 
 // A leaf swings like a pendulum of its own length (Belmonte, Eisenberg & Moses 1998) and glides to the side
 // it dips to; one in three tumbles.
-Turned turn_of_leaf(const DriftPath& path, float age) {
-  const float omega = std::sqrt(9.81F / path.size), flight = flying(path, age);
-  const float phase = tau_float * random_of(path, 1) + omega * age * (0.85F + 0.3F * random_of(path, 2));
-  const float yaw =
-      tau_float * random_of(path, 3) + (2 * random_of(path, 4) - 1) * std::min(age, path.air_time);
-  const bool tumbles = random_of(path, 5) < 0.33F;
-  const float swing = 0.5F + 0.5F * random_of(path, 6);  // [rad]
-  const float tilt = flight * (tumbles ? std::remainder(phase, tau_float) : swing * std::sin(phase));
-  const Matrix3f heading = about_z(yaw);
-  Turned turned;
-  turned.turn = heading * Eigen::AngleAxisf(tilt, Vector3f::UnitY()).toRotationMatrix() *
-                Eigen::AngleAxisf(flight * (0.5F * random_of(path, 7) - 0.25F), Vector3f::UnitX());
-  const float glide = path.fall_speed * (tumbles ? 0.3F : swing) / omega;
-  turned.aside = flight * heading * Vector3f(-glide * std::cos(phase), 0, 0);
-  return turned;
+DriftTurns turns_of_leaf(const DriftPath& path) {
+  const float omega = std::sqrt(9.81F / path.size), swing = 0.5F + 0.5F * random_of(path, 6);
+  DriftTurns turns;
+  turns.phase = tau_float * random_of(path, 1);
+  turns.rate = omega * (0.85F + 0.3F * random_of(path, 2));
+  turns.yaw = tau_float * random_of(path, 3);
+  turns.yaw_rate = 2 * random_of(path, 4) - 1;
+  turns.tumbles = random_of(path, 5) < 0.33F;
+  turns.swing = turns.tumbles ? 0 : swing;
+  turns.lean = 0.5F * random_of(path, 7) - 0.25F;
+  turns.glide = path.fall_speed * (turns.tumbles ? 0.3F : swing) / omega;
+  return turns;
 }
 
 // Of maples: 130.9 rad/s at a coning angle of 22 degrees (Lee, Lee & Sohn 2014).
-Turned turn_of_seed(const DriftPath& path, float age) {
-  const float spin = 130.9F * path.fall_speed / 1.2F * std::sqrt(0.035F / path.size);
+DriftTurns turns_of_seed(const DriftPath& path) {
   const float hand = random_of(path, 1) < 0.5F ? -1.0F : 1.0F;
-  const float turns = std::fmod(spin * std::min(age, path.air_time), tau_float);
-  const float cone = 0.384F * flying(path, age);
+  DriftTurns turns;
+  turns.yaw = tau_float * random_of(path, 2);
+  turns.yaw_rate = hand * 130.9F * path.fall_speed / 1.2F * std::sqrt(0.035F / path.size);
+  turns.lean = 0.384F;
+  return turns;
+}
+
+Turned turned_at(const DriftTurns& turns, const DriftPath& path, float age) {
+  const float flying = flying_at(path, age), phase = turns.phase + turns.rate * age;
+  const float tilt = turns.tumbles ? std::remainder(phase, tau_float) : turns.swing * std::sin(phase);
+  const float air = std::min(age, path.air_time);
+  const Matrix3f heading = about_z(turns.yaw + std::fmod(turns.yaw_rate * air, tau_float));
   Turned turned;
-  turned.turn = about_z(hand * turns + tau_float * random_of(path, 2)) *
-                Eigen::AngleAxisf(cone, Vector3f::UnitX()).toRotationMatrix();
+  turned.turn = heading * Eigen::AngleAxisf(flying * tilt, Vector3f::UnitY()).toRotationMatrix() *
+                Eigen::AngleAxisf(flying * turns.lean, Vector3f::UnitX());
+  turned.aside = flying * heading * Vector3f(-turns.glide * std::cos(phase), 0, 0);
   return turned;
 }
-
-Turned turn_of(DriftForm form, const DriftPath& path, float age) {
-  return form == DriftForm::leaf ? turn_of_leaf(path, age) : turn_of_seed(path, age);
-}
-
-bool turns(DriftForm form) { return form == DriftForm::leaf || form == DriftForm::seed; }
 
 // ---- The loop
 
 struct Meshes {
   std::shared_ptr<const DriftPaths> paths;
   DriftStays shared;
-  SmallMesh mesh;
+  DriftMesh mesh;
   std::vector<Vector3f> home;  // where each is in the surface at rest, in full size
   std::vector<float> size;
 };
@@ -335,7 +316,7 @@ void put_meshes(const Meshes& meshes, double now, std::size_t first, std::size_t
   constexpr std::size_t together = 64;
   const DriftPaths& paths = *meshes.paths;
   const std::size_t corners = meshes.mesh.position.size();
-  const bool turning = turns(paths.form);
+  const bool turning = has_turns(paths.form);
   std::array<Shown, together> shown;
   for (std::size_t begin = first; begin < last; begin += together) {
     const std::size_t count = std::min(together, last - begin);
@@ -357,7 +338,8 @@ void put_meshes(const Meshes& meshes, double now, std::size_t first, std::size_t
       Vector3f* position = delta.position.data() + (begin + i) * corners;
       Vector3f* normal = delta.normal.data() + (begin + i) * corners;
       if (turning) {
-        put_turned(meshes, begin + i, place, turn_of(paths.form, path, shown[i].age), size, position, normal);
+        const Turned turned = turned_at(turns_of(paths.form, path), path, shown[i].age);
+        put_turned(meshes, begin + i, place, turned, size, position, normal);
       } else {
         put_round(meshes, begin + i, place, size, position);
         std::fill_n(normal, corners, Vector3f::Zero());
@@ -377,7 +359,7 @@ SurfaceDelta skin_of(const Meshes& meshes, double time) {
   return delta;
 }
 
-void add_mesh(const SmallMesh& mesh, const Vector3f& home, float size, SurfacePart& part, Surface& surface) {
+void add_mesh(const DriftMesh& mesh, const Vector3f& home, float size, SurfacePart& part, Surface& surface) {
   const auto first = static_cast<std::uint32_t>(surface.vertex_count());
   for (std::size_t v = 0; v < mesh.position.size(); ++v) {
     surface.position.emplace_back(home + size * mesh.position[v]);
@@ -436,6 +418,34 @@ DriftStays share_meshes(const DriftPaths& paths, const std::vector<std::uint32_t
   return Sharing(paths, pause).share(members);
 }
 
+std::vector<DriftStays> share_meshes(const DriftPaths& paths, std::size_t materials) {
+  // Two samples and a little more, so that either half is longer than a shutter that sees one sample.
+  const double pause = std::min(2.05 * paths.loop.period / paths.loop.sample_count, 0.25 * paths.loop.period);
+  std::vector<DriftStays> shared;
+  for (const std::vector<std::uint32_t>& members : paths_of_materials(paths, materials))
+    shared.push_back(share_meshes(paths, members, pause));
+  return shared;
+}
+
+DriftMesh mesh_of(DriftForm form) {
+  switch (form) {
+    case DriftForm::leaf:
+      return leaf_card();
+    case DriftForm::seed:
+      return samara_card();
+    case DriftForm::flake:
+    case DriftForm::drop:
+      break;
+  }
+  return grain();
+}
+
+bool has_turns(DriftForm form) { return form == DriftForm::leaf || form == DriftForm::seed; }
+
+DriftTurns turns_of(DriftForm form, const DriftPath& path) {
+  return form == DriftForm::leaf ? turns_of_leaf(path) : turns_of_seed(path);
+}
+
 DriftLook look_of(DriftForm form) {
   switch (form) {
     case DriftForm::flake:
@@ -457,12 +467,10 @@ Loop make_loop(std::shared_ptr<const DriftPaths> paths, const LoopFacts& facts, 
   if (look.materials.empty()) throw InputError("look of the drift", "no material", "one or more");
   const double period = paths->loop.period;
   Meshes meshes{.paths = paths, .shared = {}, .mesh = mesh_of(paths->form), .home = {}, .size = {}};
-  // Two samples and a little more, so that either half is longer than a shutter that sees one sample.
-  const double pause = std::min(2.05 * period / paths->loop.sample_count, 0.25 * period);
-  const auto members = paths_of_materials(*paths, look.materials.size());
+  const std::vector<DriftStays> shared_by_material = share_meshes(*paths, look.materials.size());
   auto surface = std::make_shared<Surface>();
-  for (std::size_t i = 0; i < members.size(); ++i) {
-    const DriftStays stays = share_meshes(*paths, members[i], pause);
+  for (std::size_t i = 0; i < shared_by_material.size(); ++i) {
+    const DriftStays& stays = shared_by_material[i];
     SurfacePart part{.material = look.materials[i], .triangles = {}};
     part.pieces = {.first_vertex = static_cast<std::uint32_t>(surface->vertex_count()),
                    .size = static_cast<std::uint32_t>(meshes.mesh.position.size()),

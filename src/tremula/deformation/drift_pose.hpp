@@ -34,11 +34,41 @@ struct DriftStays {
 
 // On few meshes more than are ever seen at once. A path that does not fit on one goes on on another at once.
 DriftStays share_meshes(const DriftPaths& paths, const std::vector<std::uint32_t>& members, double pause);
+// The same for all paths, those of each of so many materials by themselves; pauses of two samples of the loop
+// and a little more.
+std::vector<DriftStays> share_meshes(const DriftPaths& paths, std::size_t materials);
 
 struct DriftLook {
   std::vector<SurfaceMaterial> materials;  // one or more: every path has one of them
 };
 DriftLook look_of(DriftForm form);
+
+// The small mesh of a form, of size 1: shown in the size of its path.
+struct DriftMesh {
+  std::vector<Eigen::Vector3f> position, normal;
+  std::vector<Eigen::Vector2f> texture;
+  std::vector<std::uint32_t> triangles;
+};
+DriftMesh mesh_of(DriftForm form);
+
+// How a leaf or a seed turns on its way. At an age, in the air for so long of it, with this share of flying
+// left (flying_at), it is turned by
+//
+//   R_z(yaw + yaw_rate air) R_y(flying tilt) R_x(flying lean),
+//   tilt = swing sin(phase + rate age), or phase + rate age where it tumbles,
+//
+// and stands off its path by -flying glide cos(phase + rate age) along the x axis that R_z turns.
+struct DriftTurns {
+  float phase = 0, rate = 0;    // [rad], [rad/s]
+  float yaw = 0, yaw_rate = 0;  // [rad], [rad/s]
+  float swing = 0, lean = 0;    // [rad]
+  float glide = 0;              // [m]
+  bool tumbles = false;
+};
+DriftTurns turns_of(DriftForm form, const DriftPath& path);
+bool has_turns(DriftForm form);
+
+inline constexpr float settling_time = 0.35F;  // in which one that comes to rest lays itself flat [s]
 
 // A loop of no shapes: its coordinates have no columns, what moves is in skin_at alone. Throws InputError for
 // paths of none.

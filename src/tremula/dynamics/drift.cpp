@@ -469,6 +469,29 @@ DriftPaths carry(const TravellingField& gusts, const Drift& drift) {
   return result;
 }
 
+double mean_seen(const DriftPaths& paths) {
+  double sum = 0;
+  for (const DriftPath& path : paths.paths)
+    sum += static_cast<double>(path.air_time) + static_cast<double>(path.lying_time);
+  return sum / paths.loop.period;
+}
+
+DriftPaths thinned(const DriftPaths& paths, double share) {
+  DriftPaths fewer;
+  fewer.loop = paths.loop;
+  fewer.form = paths.form;
+  fewer.step = paths.step;
+  fewer.ground = paths.ground;
+  for (const DriftPath& path : paths.paths) {
+    if (!(uniform({path.mark, RandomStream::drift, 0, 2}) < share)) continue;
+    const auto samples = paths.off_line.begin() + static_cast<std::ptrdiff_t>(path.first);
+    fewer.paths.push_back(path);
+    fewer.paths.back().first = fewer.off_line.size();
+    fewer.off_line.insert(fewer.off_line.end(), samples, samples + path.count);
+  }
+  return fewer;
+}
+
 namespace {
 
 struct OnPath {

@@ -108,6 +108,13 @@ DriftPaths carry(const TravellingField& gusts, const Drift& drift);
 inline constexpr double most_drifting = 2e7;
 inline constexpr double most_drift_samples = 6e8;  // 3.6 GB
 
+// How many are seen at a time, in the mean over the loop.
+double mean_seen(const DriftPaths& paths);
+
+// Fewer of them, each left with the same chance `share` (0 to 1), whole paths: so many of the number density,
+// everywhere and always, and those that stay where they were.
+DriftPaths thinned(const DriftPaths& paths, double share);
+
 // Where one is at an age [s]: cubic between samples (Catmull and Rom); where it came to rest after its time
 // in the air.
 Eigen::Vector3f place_at(const DriftPaths& paths, const DriftPath& path, float age);

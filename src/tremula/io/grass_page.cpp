@@ -3,26 +3,21 @@
 #include "tremula/base/error.hpp"
 #include "tremula/io/finite.hpp"
 #include "tremula/io/html.hpp"
+#include "tremula/io/page_block.hpp"
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 namespace tremula {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-static_assert(std::endian::native == std::endian::little);
 
 constexpr std::size_t most_kinds = 8, farthest_stem = 8191;
 constexpr double full_word = 65535, full_signed = 32767;
@@ -46,13 +41,6 @@ std::uint32_t turn_of(float angle, unsigned bits) {
   const double parts = std::ldexp(1, static_cast<int>(bits));
   const double turns = static_cast<double>(angle) / (2 * std::numbers::pi);
   return static_cast<std::uint32_t>(std::lround((turns - std::floor(turns)) * parts)) & ((1U << bits) - 1);
-}
-
-template <class T>
-void append(std::string& bytes, const std::vector<T>& values) {
-  const std::size_t before = bytes.size();
-  bytes.resize(before + values.size() * sizeof(T));
-  if (!values.empty()) std::memcpy(bytes.data() + before, values.data(), values.size() * sizeof(T));
 }
 
 std::int16_t in_steps(float value, double step) {
@@ -115,7 +103,7 @@ void add_blades(const Meadow& meadow, Json& document, std::string& bytes) {
                         {"step_m", {x.step, y.step, z.step}},
                         {"length_step_m", length.step},
                         {"width_step_m", width.step}};
-  append(bytes, words);
+  append_numbers(bytes, words);
 }
 
 // What a make follows; the number of its response, -1 where it is stiff.
@@ -134,7 +122,7 @@ Json add_response(const GrassInWind::Follows& follows, int& responses, std::stri
     numbers.push_back(in_steps(along, step));
     numbers.push_back(in_steps(across, step));
   }
-  append(bytes, numbers);
+  append_numbers(bytes, numbers);
   return {{"response", responses++},
           {"lean_rad", follows.lean},
           {"per_length", follows.per_length},
@@ -186,7 +174,7 @@ void add_kinds(const GrassInWind& grass, Json& document, std::string& bytes) {
     }
     kinds[k]["bends"] = {{"first", entries}, {"in_plane", table.in_plane}, {"across", table.across}};
     entries += table.directions.size();
-    append(bytes, numbers);
+    append_numbers(bytes, numbers);
   }
   document["responses"] = {{"count", responses}, {"first_byte", first_response}};
   document["bends"] = {{"count", entries}, {"first_byte", first_bend}};
@@ -215,23 +203,13 @@ void check_blades_of_page(std::size_t count) {
 std::string encode_grass(const GrassInWind& grass, const LoopFacts& facts) {
   check_grass(grass);
   Json document = {{"name", facts.name},
-                   {"facts",
-                    {{"period_s", grass.loop.period},
-                     {"frames_per_second", facts.frames_per_second},
-                     {"wind_speed_m_s", facts.wind_speed},
-                     {"heading_deg", facts.heading},
-                     {"seed", facts.seed},
-                     {"frequencies_hz", Json::array()}}},
+                   {"facts", facts_json(facts, grass.loop.period)},
                    {"height_m", grass.meadow.height},
                    {"field", field_json(grass)}};
   std::string numbers;
   add_blades(grass.meadow, document, numbers);
   add_kinds(grass, document, numbers);
-  std::string json = document.dump();
-  json.resize((json.size() + 3) / 4 * 4, ' ');
-  std::string block = "TRMG";
-  append(block, std::vector<std::uint32_t>{static_cast<std::uint32_t>(json.size())});
-  return block + json + numbers;
+  return page_block("TRMG", document, numbers);
 }
 
 std::string encode_grass_page(const GrassInWind& grass, const LoopFacts& facts) {

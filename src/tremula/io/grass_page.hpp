@@ -2,8 +2,7 @@
 // of the blades to the wind as a texture. The graphics card does with them what pose_grass does, so that the
 // page holds whole fields and closes with the loop.
 //
-// What the page reads, all of it little endian: "TRMG", the length of the JSON as 32 bits, the JSON (padded
-// with blanks to whole words), then the numbers it refers to by their first byte ("first_byte"):
+// What the page reads (page_block.hpp), with the letters "TRMG":
 // - blades: (4 x blades) of 32 bits, one word of all blades after the other; from the lowest bits,
 //   x 16, y 16 | z 16, length 16 | azimuth 14, facing 10, width 8 | attached 10, kind 3, trajectory 4,
 //   frequency class 2, stem 13. Feet in steps from the lowest one, lengths and widths in steps, angles in

@@ -1,0 +1,121 @@
+// What the page holds that is no glTF (src/tremula/io/page_block.hpp): JSON and numbers, textures of these, and where
+// the graphics card puts the vertices that it makes of them.
+import {
+  BufferAttribute, BufferGeometry, Camera, DataTexture, FloatType, NoBlending, Points, RGBAFormat, RGBAIntegerFormat,
+  RGFormat, Scene, ShaderMaterial, ShortType, UnsignedIntType, WebGLRenderTarget, type IUniform,
+  type WebGLRenderer,
+} from 'three';
+import type {VertexTable} from './loop';
+
+export type Uniforms = Record<string, IUniform>;
+
+export const textureWidth = 2048;  // what every card has
+
+// Of a number's place in a texture.
+export const texelShader = /* glsl */ `
+  ivec2 texelOf(int i) { return ivec2(i & ${textureWidth - 1}, i >> ${Math.log2(textureWidth)}); }
+`;
+
+export const hasLetters = (data: ArrayBuffer, letters: string): boolean =>
+  data.byteLength > 8 && new TextDecoder().decode(new Uint8Array(data, 0, 4)) === letters;
+
+// The JSON, and where its numbers begin.
+export function readBlock<Header>(data: ArrayBuffer): {header: Header; first: number} {
+  const length = new DataView(data).getUint32(4, true);
+  return {header: JSON.parse(new TextDecoder().decode(new Uint8Array(data, 8, length))) as Header, first: 8 + length};
+}
+
+export function texture(values: Float32Array | Uint32Array | Int16Array, channels: 2 | 4): DataTexture {
+  const texels = values.length / channels, rows = Math.max(1, Math.ceil(texels / textureWidth));
+  const padded = new (values.constructor as new (length: number) => typeof values)(channels * textureWidth * rows);
+  padded.set(values);
+  const [format, type, internal] =
+      values instanceof Uint32Array ? [RGBAIntegerFormat, UnsignedIntType, 'RGBA32UI'] as const :
+      values instanceof Int16Array ? [RGBAIntegerFormat, ShortType, 'RGBA16I'] as const :
+      [channels === 2 ? RGFormat : RGBAFormat, FloatType, null] as const;
+  const result = new DataTexture(padded as BufferSource & typeof padded, textureWidth, rows, format, type);
+  if (internal) result.internalFormat = internal;
+  result.needsUpdate = true;
+  return result;
+}
+
+// Rows of the largest of all textures.
+export const mostRows = (uniforms: Uniforms): number => Math.max(...Object.values(uniforms).map(
+    ({value}) => value instanceof DataTexture ? value.image.height : 0));
+
+// From one word of all things after the other to the words of each.
+export function wordsOfThings(words: Uint32Array, count: number): Uint32Array {
+  const width = words.length / count, things = new Uint32Array(words.length);
+  for (let word = 0; word < width; ++word) for (let i = 0; i < count; ++i) things[width * i + word] = words[word * count + i];
+  return things;
+}
+
+// Alike ones: the six numbers of each of their vertices, position and normal as the shader reads them, and how far each
+// is along; and what the shader knows each of them by.
+export interface Alike { vertices: number[][]; along?: number[]; things: Float32Array; width: 1 | 2 }
+
+// Where the graphics card puts vertices, asked one by one: for tests and scripts. Those of the first of the first alike
+// ones come first, then those of its second.
+export class PosedVertices implements VertexTable {
+  readonly count: number;
+  private readonly target = new WebGLRenderTarget(1, 1, {type: FloatType, format: RGBAFormat, depthBuffer: false});
+  private readonly geometry = new BufferGeometry();
+  private readonly scene = new Scene();
+
+  // `shader` and what in it sets `place` from the attributes position, normal and thing.
+  constructor(private readonly all: Alike[], uniforms: Uniforms, shader: string, pose: string) {
+    this.count = all.reduce((sum, {vertices, things, width}) => sum + vertices.length * things.length / width, 0);
+    const {width} = all[0];
+    for (const [name, size] of [['position', 3], ['normal', 3], ['thing', width]] as const)
+      this.geometry.setAttribute(name, new BufferAttribute(new Float32Array(size), size));
+    const point = new Points(this.geometry, new ShaderMaterial({
+      uniforms, blending: NoBlending, depthTest: false,
+      vertexShader: `${shader}
+        attribute ${width === 1 ? 'float' : 'vec2'} thing;
+        varying vec3 shown;
+        void main() {
+          vec3 place;
+          ${pose}
+          shown = place;
+          gl_PointSize = 1.0;
+          gl_Position = vec4(0, 0, 0, 1);
+        }`,
+      fragmentShader: 'varying vec3 shown; void main() { gl_FragColor = vec4(shown, 1.0); }',
+    }));
+    point.frustumCulled = false;
+    this.scene.add(point);
+  }
+
+  position(index: number, renderer: WebGLRenderer): [number, number, number] {
+    const {alike, number, vertex} = this.find(index), {position, normal, thing} = this.geometry.attributes;
+    (position.array as Float32Array).set(alike.vertices[vertex].slice(0, 3));
+    (normal.array as Float32Array).set(alike.vertices[vertex].slice(3, 6));
+    (thing.array as Float32Array).set(alike.things.subarray(alike.width * number, alike.width * (number + 1)));
+    for (const attribute of [position, normal, thing]) attribute.needsUpdate = true;
+    renderer.setRenderTarget(this.target);
+    renderer.render(this.scene, new Camera());
+    renderer.setRenderTarget(null);
+    const pixel = new Float32Array(4);
+    renderer.readRenderTargetPixels(this.target, 0, 0, 1, 1, pixel);
+    return [pixel[0], pixel[1], pixel[2]];
+  }
+
+  branch(index: number): number {
+    const {alike, number} = this.find(index);
+    return alike.things[alike.width * number];
+  }
+
+  along(index: number): number {
+    const {alike, vertex} = this.find(index);
+    return alike.along?.[vertex] ?? 0;
+  }
+
+  private find(index: number): {alike: Alike; number: number; vertex: number} {
+    for (const alike of this.all) {
+      const size = alike.vertices.length, count = size * alike.things.length / alike.width;
+      if (index < count) return {alike, number: Math.floor(index / size), vertex: index % size};
+      index -= count;
+    }
+    throw new RangeError('no such vertex');
+  }
+}
