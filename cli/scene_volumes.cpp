@@ -50,7 +50,7 @@ const Species all_species[] = {
      0.25,
      3,
      0.14,
-     {.translucent = 0.45F, .patches = 0.22F, .patch_size = 2.5F}},
+     {.translucent = 0.45F, .roughness = 0.6F, .patches = 0.22F, .patch_size = 2.5F}},
     {"moss",
      0.0008,
      12,
@@ -59,7 +59,7 @@ const Species all_species[] = {
      0.01,
      3,
      0.5,
-     {.translucent = 0.4F, .patches = 0.35F, .patch_size = 0.05F}},
+     {.translucent = 0.4F, .roughness = 0.6F, .patches = 0.35F, .patch_size = 0.05F}},
     {"fur",
      0.0009,
      6,
@@ -68,7 +68,7 @@ const Species all_species[] = {
      0.02,
      3,
      0.15,
-     {.translucent = 0.25F, .patches = 0.2F, .patch_size = 0.12F}},
+     {.translucent = 0.25F, .roughness = 0.45F, .patches = 0.2F, .patch_size = 0.12F}},
 };
 
 const Species& species_of(std::string_view name) {
