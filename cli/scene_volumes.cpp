@@ -2,7 +2,7 @@
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
 #include "tremula/base/number_text.hpp"
-#include "tremula/dynamics/response_field.hpp"
+#include "tremula/dynamics/canopy_sway.hpp"
 #include "tremula/geometry/texels.hpp"
 #include "tremula/raytrace/volume_shape.hpp"
 #include "tremula/render/noise.hpp"
@@ -50,7 +50,7 @@ const Species all_species[] = {
      0.25,
      3,
      0.14,
-     {.translucent = 0.45F, .patches = 0.22F, .patch_size = 2.5F}},
+     {.translucent = 0.45F, .roughness = 0.6F, .patches = 0.22F, .patch_size = 2.5F}},
     {"moss",
      0.0008,
      12,
@@ -59,7 +59,7 @@ const Species all_species[] = {
      0.01,
      3,
      0.5,
-     {.translucent = 0.4F, .patches = 0.35F, .patch_size = 0.05F}},
+     {.translucent = 0.4F, .roughness = 0.6F, .patches = 0.35F, .patch_size = 0.05F}},
     {"fur",
      0.0009,
      6,
@@ -68,7 +68,7 @@ const Species all_species[] = {
      0.02,
      3,
      0.15,
-     {.translucent = 0.25F, .patches = 0.2F, .patch_size = 0.12F}},
+     {.translucent = 0.25F, .roughness = 0.45F, .patches = 0.2F, .patch_size = 0.12F}},
 };
 
 const Species& species_of(std::string_view name) {
@@ -131,37 +131,22 @@ Patches patches_of(const SceneVolume& volume, const Species& species) {
   return patches;
 }
 
-// How far the tops go, as a field: of the square of the wind the part that is linear in its gusts.
-struct Swaying {
-  TravellingField field;
-  double height = 0;  // of the gusts [m]
-  double most = 0;    // [m]
+// A plant that is larger gives more and slower: it is made of the same.
+CanopyResponse response_of(const Species& species, double scale) {
+  CanopyResponse response;
+  response.frequency = species.frequency / scale;
+  response.damping_ratio = species.damping;
+  response.give = species.given * scale * scale;
+  response.neighbours = species.neighbours * scale;
+  return response;
+}
 
-  Vector2d operator()(const Vector2d& place, double time) const {
-    const Vec3 at(place.x(), place.y(), field.ground + height);
-    // Its mean is that of gusts, 2 d U^2; of the mean wind it is d U^2.
-    return (value_at(field, at, time) - 0.5 * mean_at(field, at.z())).head<2>();
-  }
-};
-
-std::shared_ptr<const Swaying> swaying_of(const SceneVolume& volume, const Species& species, double scale,
+std::shared_ptr<const CanopySway> sway_of(const SceneVolume& volume, const CanopyResponse& response,
                                           double height, const ThingSite& site) {
-  auto swaying = std::make_shared<Swaying>();
-  swaying->height = std::max(height, 0.5);  // nearer to the ground the profile of the wind ends
+  const double gust_height = std::max(height, 0.5);  // nearer to the ground the profile of the wind ends
   const double spacing = std::clamp((volume.high - volume.low).maxCoeff() / 64, 0.1, 1.0);
-  const TravellingField gusts = site.gusts(volume.low, volume.high, spacing, {swaying->height});
-  const double speed = gusts.mean.front().norm();
-  const Impedance impedance = oscillator_impedance(species.frequency / scale, species.damping,
-                                                   2 * species.given * scale * scale * speed);
-  swaying->field = respond(
-      gusts, {.along = impedance,
-              .across = impedance,
-              .spatial = {.kind = SpatialResponse::Kind::gaussian, .length = species.neighbours * scale}});
-  swaying->field.ground = gusts.ground;
-  float most = 0;
-  for (const auto& value : swaying->field.values) most = std::max(most, std::hypot(value[0], value[1]));
-  swaying->most = static_cast<double>(most) + 0.5 * swaying->field.mean.front().norm();
-  return swaying;
+  const TravellingField gusts = site.gusts(volume.low, volume.high, spacing, {gust_height});
+  return std::make_shared<const CanopySway>(canopy_sway(gusts, response));
 }
 
 // Plants are lower here and there, and none stand where the masks say so.
@@ -205,9 +190,9 @@ GrownVolume grow_volume(const SceneVolume& volume, const ThingSite& site) {
   const double top = static_cast<double>(patches.textures.front().front().size().z());
   field->height = top;
   field->patches = std::move(patches.textures);
-  const std::shared_ptr<const Swaying> swaying = swaying_of(volume, species, patches.scale, top, site);
-  field->sway = [swaying](const Vector2d& place, double time) { return (*swaying)(place, time); };
-  field->most_sway = swaying->most;
+  const auto sway = sway_of(volume, response_of(species, patches.scale), top, site);
+  field->sway = [sway](const Vector2d& place, double time) { return (*sway)(place, time); };
+  field->most_sway = sway->most;
   return {.field = std::move(field), .scale = patches.scale, .strands = patches.strands};
 }
 

@@ -9,7 +9,7 @@ set(structure_headers beam beam_tree bent_tree eigen_problem equilibrium frame f
 set(modes_headers mode_quality modes solve_modes)
 set(wind_headers coherence field field_statistics gust_script gust_statistics iec point_wind profile spectrum stam_wind synthesis turbulent_wind
     travelling_field turbulent_wind_at_points waves)
-set(dynamics_headers basis branch_oscillators damping drag_in_time drift flapping flutter foliage free_decay gauge gauge_reading grass_response
+set(dynamics_headers basis branch_oscillators canopy_sway damping drag_in_time drift flapping flutter foliage free_decay gauge gauge_reading grass_response
     gust_average gust_response lean loads motion motion_statistics oscillators principal_motion pull response response_field shelter static_correction
     transfer trunk_sway wind_forces)
 set(deformation_headers bend_table bent_pose bent_space blade_skin drift_pose fit_rig grass_pose loop morph_targets panel_pose pose principal_shapes rig sheet_pose volume)

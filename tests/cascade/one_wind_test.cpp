@@ -10,6 +10,7 @@
 
 #include "in_wind.hpp"
 #include "trees.hpp"
+#include "tremula/dynamics/canopy_sway.hpp"
 #include "tremula/dynamics/oscillators.hpp"
 #include "tremula/dynamics/response_field.hpp"
 #include "tremula/numerics/fft.hpp"
@@ -138,6 +139,63 @@ TEST(OneWind, MovesAStructureAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
   const double wanted = correlation_of(itself, [&](double f) { return mode(f); });
   EXPECT_NEAR(found.mean, wanted, 3 * found.standard_error);
   EXPECT_LT(found.standard_error, 0.03);
+}
+
+// A volume: the tops of rice, which draw along those within `neighbours`.
+CanopyResponse rice() {
+  CanopyResponse response;
+  response.frequency = 1;
+  response.damping_ratio = 0.09;
+  response.give = 4.4e-3;
+  response.neighbours = 1.5;  // more than rice has, so that they count
+  return response;
+}
+
+// Of the tops and the wind above one of them. The oscillator of a bin is the root mean square of its
+// magnitude over it. A front that is straight loses exp(-(pi f s/U)^2) along the wind. Across it the mean of
+// the wind by exp(-y^2/s^2) has with the wind in its middle the part exp(a^2 s^2/4) erfc(a s/2), where that
+// of two places is exp(-a |y|), and with itself that of sqrt(2) s.
+double correlation_of_tops(const CanopyResponse& canopy) {
+  const double speed = turbulence(1).mean.speed, s = canopy.neighbours;
+  const auto part = [](double a, double length) {
+    return std::exp(a * a * length * length / 4) * std::erfc(a * length / 2);
+  };
+  double cross = 0, of_wind = 0, of_tops = 0;
+  for (int bin = 1; bin < loop.bin_count(); ++bin) {
+    const double f = loop.frequency(bin), power = spectrum_at(turbulence(1), place.z(), f)[0];
+    const auto oscillator = [&](double at) {
+      const double r = at / canopy.frequency;
+      return 1.0 / std::complex<double>(1 - r * r, 2 * canopy.damping_ratio * r);
+    };
+    constexpr int pieces = 200;
+    double squares = 0;
+    for (int i = 0; i < pieces; ++i)
+      squares += std::norm(oscillator(f + ((i + 0.5) / pieces - 0.5) / loop.period)) / pieces;
+    const double decay = coherence_decay(turbulence(1).coherence, 0, f).y;
+    const double along = std::exp(-std::pow(std::numbers::pi * f * s / speed, 2));
+    cross += power * std::sqrt(squares) * std::cos(std::arg(oscillator(f))) * along * part(decay, s);
+    of_wind += power;
+    of_tops += power * squares * along * along * part(decay, std::numbers::sqrt2 * s);
+  }
+  return cross / std::sqrt(of_wind * of_tops);
+}
+
+TEST(OneWind, MovesTheTopsOfAVolumeAsTheirTransferFunctionSaysOfTheWindAtTheirPlace) {
+  const Statistic found = over_seeds([](int seed) {
+    const TravellingField over = gust_field(
+        world(seed), loop, {.columns = 61, .first_column = -9, .spacing = 0.2, .heights = {place.z()}});
+    const CanopySway tops = canopy_sway(over, rice());
+    Eigen::VectorXd series(loop.sample_count);
+    for (int p = 0; p < loop.sample_count; ++p)
+      series[p] = tops(place.head<2>(), p * loop.period / loop.sample_count).x();
+    return correlation_of(series_of(over, place), series);
+  });
+  EXPECT_NEAR(found.mean, correlation_of_tops(rice()), 3 * found.standard_error);
+  EXPECT_LT(found.standard_error, 0.03);
+  // So much of it is told by the numbers of the neighbours that the test would find them missing.
+  CanopyResponse alone = rice();
+  alone.neighbours = 1e-6;
+  EXPECT_GT(std::abs(correlation_of_tops(alone) - correlation_of_tops(rice())), 3 * found.standard_error);
 }
 
 TEST(OneWind, MovesTwoKindsAtOnePlaceTogether) {

@@ -1,8 +1,10 @@
 #include "tremula/geometry/texels.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -74,6 +76,31 @@ TEST_P(Preset, VariantsAgreeNearTheirBordersAndDifferWithin) {
   }
   EXPECT_LT(apart_on_border, 0.1 * on_border);
   EXPECT_GT(apart_within / within, 0.03 + 1.2 * apart_on_border / on_border);
+}
+
+// Of the highest points in columns a sixteenth of the patch wide: how far they are off their mean, by it.
+double raggedness_of(const StrandPatch& patch) {
+  constexpr int across = 16;
+  std::vector<double> tops(across * across, 0.0);
+  for (const Strand& strand : patch.strands) {
+    for (const Vector3f& point : strand.points) {
+      const Eigen::Vector2f share = point.head<2>().cwiseQuotient(patch.size);
+      const auto cell = [&](float part) {
+        return static_cast<int>((part - std::floor(part)) * static_cast<float>(across)) % across;
+      };
+      double& top = tops[static_cast<std::size_t>(cell(share.y()) * across + cell(share.x()))];
+      top = std::max(top, static_cast<double>(point.z()));
+    }
+  }
+  double mean = 0, squares = 0;
+  for (const double top : tops) mean += top / (across * across);
+  for (const double top : tops) squares += (top - mean) * (top - mean) / (across * across);
+  return std::sqrt(squares) / mean;
+}
+
+TEST(GrowStrands, LeavesMossAndFurWithoutAnEvenTop) {
+  EXPECT_GT(raggedness_of(grow_strands(VolumePlant::moss)), 0.05);
+  EXPECT_GT(raggedness_of(grow_strands(VolumePlant::fur)), 0.05);
 }
 
 TEST(ScanConvert, OfASlabOfParallelRodsHasTheDensityOfTheClosedForm) {

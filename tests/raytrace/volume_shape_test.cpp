@@ -2,11 +2,15 @@
 
 #include "raytrace/simple_scenes.hpp"
 
+#include "tremula/base/error.hpp"
+#include "tremula/raytrace/scattering.hpp"
 #include "tremula/render/noise.hpp"
 
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -103,6 +107,55 @@ TEST(VisibleNormal, OfParallelStrandsIsDrawnAboutTheirAxisByItsCosine) {
   EXPECT_NEAR(squares / (side * side), 2.0 / 3, 2e-3);
 }
 
+// Kajiya and Kay: light from l leaves a strand along t for the eye by (t.l t.e + sin(t, l) sin(t, e))^p,
+// which is 1 where both make the same angle with t.
+TEST(VisibleNormal, OfParallelStrandsMirrorsLightOntoTheConeOfKajiyaAndKay) {
+  const Vector3f axis = Vector3f(1, 2, -1).normalized();
+  const TexelValue value{.density = 1, .axis = axis, .spread = 0, .color = Vector3f::Zero()};
+  const Vector3f direction = Vector3f(0.3F, -0.4F, -0.9F).normalized(), to_eye = -direction;
+  const auto across = [&](const Vector3f& way) { return Vector3f(way - axis * axis.dot(way)).normalized(); };
+  double around = 0;
+  constexpr int side = 100;
+  for (int i = 0; i < side * side; ++i) {
+    const Vector2f random((static_cast<float>(i % side) + 0.5F) / side,
+                          (static_cast<float>(i / side) + 0.5F) / side);
+    const Vector3f normal = visible_normal(value, direction, random);
+    const Vector3f to_light = 2 * to_eye.dot(normal) * normal - to_eye;
+    const float sines = axis.cross(to_light).norm() * axis.cross(to_eye).norm();
+    EXPECT_NEAR(axis.dot(to_light) * axis.dot(direction) + sines, 1, 2e-3F);
+    around += static_cast<double>(across(to_light).dot(across(to_eye)));
+  }
+  // About the strand by cos(phi/2)/4, whose mean cosine is 1/3.
+  EXPECT_NEAR(around / (side * side), 1.0 / 3, 2e-3);
+}
+
+TEST(VolumeShape, WithACoatGivesBackSchlicksShareOfItOverARoundStrand) {
+  const std::shared_ptr<VolumeField> field = slab(6, Vector3f::UnitX(), 0);
+  const RayShape shape = volume_shape(field, {.translucent = 0, .roughness = 0.1F}, "slab");
+  const std::vector<PosedRayShape> posed = shape.pose(0, 0);
+  const Vector3f down = -Vector3f::UnitZ();
+  double sum = 0, wanted = 0;
+  int hits = 0;
+  for (std::uint32_t i = 0; i < 40000; ++i) {
+    RayShapeHit hit;
+    if (!posed[0].hit(Vector3f(0.1F, 0.2F, 3), down, 0.5F, 1e9F, hash(i + 5U), hit)) continue;
+    ASSERT_NE(hit.gloss, nullptr);
+    sum += static_cast<double>(hit.gloss->share(-hit.normal.dot(down)));
+    ++hits;
+  }
+  // A smooth coat of the refractive index 1.5 at normals that are seen by their cosine.
+  constexpr int steps = 2000;
+  for (int i = 0; i < steps; ++i) {
+    const double cosine = std::cos(std::numbers::pi * ((i + 0.5) / steps - 0.5));
+    wanted += (0.04 + 0.96 * std::pow(1 - cosine, 5)) * cosine / 2 * std::numbers::pi / steps;
+  }
+  EXPECT_NEAR(sum / hits, wanted, 0.03 * wanted);
+}
+
+TEST(VolumeShape, RefusesARoughnessThatIsNone) {
+  EXPECT_THROW(volume_shape(slab(1, Vector3f::UnitZ(), 0), {.roughness = 1.5F}, "slab"), InputError);
+}
+
 TraceScene in_white_sky(std::shared_ptr<VolumeField> field, const VolumeLook& look = {}) {
   TraceScene scene = in_uniform_sky({});
   scene.ray_shapes.push_back(std::make_shared<const RayShape>(volume_shape(std::move(field), look, "slab")));
@@ -110,18 +163,37 @@ TraceScene in_white_sky(std::shared_ptr<VolumeField> field, const VolumeLook& lo
 }
 
 TEST(VolumeShape, ThatSwallowsNothingIsInvisibleInAUniformSky) {
-  for (const float spread : {0.0F, 0.6F}) {
+  for (const auto& [spread, roughness] :
+       {std::pair<float, std::optional<float>>{0.0F, {}}, {0.6F, {}}, {0.0F, 0.3F}, {0.6F, 0.5F}}) {
     std::shared_ptr<VolumeField> field = slab(4, Vector3f(0.3F, 0.1F, 1).normalized(), 1, 0.5, spread);
     field->low = {-1, -1};
     field->high = {1, 1};
     field->sway = [](const Vector2d& place, double) { return Vector2d(0.1 * std::sin(5 * place.x()), 0.1); };
     field->most_sway = 0.3;
-    const TraceScene scene = in_white_sky(field, {.translucent = 0});
+    const TraceScene scene = in_white_sky(field, {.translucent = 0, .roughness = roughness});
     const LinearImage light = picture(scene, look({0, -4, 1}, {0, 0, 0.2}),
                                       {.width = 24, .height = 24, .samples = 64, .bounces = 64})
                                   .light;
     EXPECT_NEAR(mean_of(light).y(), 1, 0.02);
   }
+}
+
+// Black strands along x with a coat, seen straight down: Kajiya and Kay's highlight is where the light makes
+// the same angle with them, a right one.
+TEST(VolumeShape, WithACoatIsBrightWhereTheSunMakesTheAngleWithItsStrandsThatTheEyeMakes) {
+  const std::shared_ptr<VolumeField> field = slab(8, Vector3f::UnitX(), 0);
+  TraceScene scene = in_white_sky(field, {.translucent = 0, .roughness = 0.4F});
+  scene.uniform_sky.reset();
+  scene.daylight.sun_elevation = std::numbers::pi / 4;
+  const auto seen_in_sun_from = [&](double azimuth) {
+    scene.daylight.sun_azimuth = azimuth;
+    return mean_of(
+               picture(scene, look({0, 0, 3}, {0, 0.001, 0}, 0.1), {.width = 8, .height = 8, .samples = 256})
+                   .light)
+        .y();
+  };
+  const double across = seen_in_sun_from(std::numbers::pi / 2), along = seen_in_sun_from(0);
+  EXPECT_GT(across, 3 * along);
 }
 
 TEST(VolumeShape, ShadesTheGroundBelowItByTheMeanOfWhatItPasses) {

@@ -202,11 +202,32 @@ const Look moss_stem = {{0.05F, 0.045F, 0.015F}, {0.10F, 0.16F, 0.025F}};
 const Look moss_leaf = {{0.09F, 0.17F, 0.02F}, {0.24F, 0.36F, 0.05F}};
 const Look moss_seta = {{0.30F, 0.10F, 0.03F}, {0.38F, 0.17F, 0.05F}};
 
-void add_shoot(StrandPatch& patch, const Vector2f& at, Draw& draw) {
+constexpr float moss_patch = 0.12F;  // [m]
+
+// Moss grows in cushions, highest in their middles: how high a shoot is there, by the highest. Cushions reach
+// over the border of the patch.
+float cushion_at(const Vector2f& at, std::uint64_t seed) {
+  constexpr int across = 5;
+  constexpr float apart = moss_patch / across;
+  const Eigen::Array2i cell = (at / apart).array().floor().cast<int>();
+  float highest = 0.45F;
+  for (int k = 0; k < 9; ++k) {
+    const int x = cell.x() + k % 3 - 1, y = cell.y() + k / 3 - 1;
+    const int number = (y + across) % across * across + (x + across) % across;
+    Draw draw(seed, 3, static_cast<std::uint64_t>(number));
+    const Vector2f middle(static_cast<float>(x) + draw.unit(), static_cast<float>(y) + draw.unit());
+    const float radius = draw.between(0.55F, 1.0F), top = draw.between(0.7F, 1.0F);
+    const float off = (at / apart - middle).squaredNorm() / (radius * radius);
+    if (off < 1) highest = std::max(highest, top * std::sqrt(1 - 0.75F * off));
+  }
+  return highest;
+}
+
+void add_shoot(StrandPatch& patch, const Vector2f& at, std::uint64_t seed, Draw& draw) {
   const Vector3f foot(at.x(), at.y(), 0);
   patch.feet.push_back(at);
   const Arc shoot{.start = foot,
-                  .length = draw.between(0.016F, 0.026F),
+                  .length = cushion_at(at, seed) * draw.between(0.019F, 0.028F),
                   .azimuth = draw.between(-pi, pi),
                   .first_angle = draw.between(0, 0.25F),
                   .last_angle = draw.between(0, 0.6F),
@@ -255,9 +276,10 @@ void add_shoot(StrandPatch& patch, const Vector2f& at, Draw& draw) {
 }
 
 StrandPatch moss(const StrandOptions& options) {
-  StrandPatch patch{.size = {0.12F, 0.12F}, .height = 0, .feet = {}, .strands = {}};
-  plant(patch, {.columns = 44, .rows = 44, .spacing = Vector2f::Constant(0.12F / 44), .jitter = 0.8F}, 0.012F,
-        options, 0, [&](const Vector2f& foot, Draw& draw) { add_shoot(patch, foot, draw); });
+  StrandPatch patch{.size = {moss_patch, moss_patch}, .height = 0, .feet = {}, .strands = {}};
+  plant(patch, {.columns = 44, .rows = 44, .spacing = Vector2f::Constant(moss_patch / 44), .jitter = 0.8F},
+        0.012F, options, 0,
+        [&](const Vector2f& foot, Draw& draw) { add_shoot(patch, foot, options.seed, draw); });
   return patch;
 }
 
@@ -266,24 +288,56 @@ StrandPatch moss(const StrandOptions& options) {
 const Look guard_hair = {{0.10F, 0.055F, 0.025F}, {0.42F, 0.26F, 0.13F}};
 const Look under_fur = {{0.14F, 0.10F, 0.07F}, {0.22F, 0.15F, 0.10F}};
 
-// Hairs stick together in tufts: which way from a foot the tip of its tuft lies [m].
-Vector2f to_tuft(const Vector2f& at, std::uint64_t seed) {
-  constexpr float apart = 0.01F;
+// Hairs stick together in tufts, and tufts in locks: the nearest to a foot of the middles that are strewn
+// over the patch, one in every square of a grid, with numbers of its own, 0 to 1.
+constexpr float fur_patch = 0.12F;  // [m]
+struct Tuft {
+  Vector2f middle{0, 0};
+  float first = 0, second = 0;
+};
+Tuft tuft_of(const Vector2f& at, int across, std::uint32_t bin, std::uint64_t seed) {
+  const float apart = fur_patch / static_cast<float>(across);
   const Eigen::Array2i cell = (at / apart).array().floor().cast<int>();
-  Draw draw(seed, 2, static_cast<std::uint64_t>((cell.x() & 0xfff) << 12 | (cell.y() & 0xfff)));
-  const Vector2f inside(draw.between(0.2F, 0.8F), draw.between(0.2F, 0.8F));
-  return apart * (cell.cast<float>().matrix() + inside) - at;
+  Tuft nearest;
+  float least = fur_patch;
+  for (int k = 0; k < 9; ++k) {
+    const int x = cell.x() + k % 3 - 1, y = cell.y() + k / 3 - 1;
+    const int number = (y + across) % across * across + (x + across) % across;
+    Draw draw(seed, bin, static_cast<std::uint64_t>(number));
+    const Vector2f inside(draw.unit(), draw.unit());
+    const Vector2f middle = apart * (Vector2f(static_cast<float>(x), static_cast<float>(y)) + inside);
+    const float far = (middle - at).norm();
+    if (!(far < least)) continue;
+    least = far;
+    nearest = {middle, draw.unit(), draw.unit()};
+  }
+  return nearest;
+}
+
+// Of a coat some hairs are old, and stand out, and some have just begun to grow; a tuft is longer than the
+// next, and what a tuft has at its middle reaches further than what is at its side. So the top is ragged.
+float guard_length(const Tuft& tuft, const Tuft& lock, float off, Draw& draw) {
+  const float grown = 1 - 0.55F * std::pow(draw.unit(), 2.5F);
+  return 0.047F * (0.72F + 0.36F * tuft.first) * (0.85F + 0.3F * lock.first) * (1 - 0.2F * off) * grown;
 }
 
 void add_hair(StrandPatch& patch, const Vector2f& at, bool guard, std::uint64_t seed, Draw& draw) {
   patch.feet.push_back(at);
-  const Vector2f away = Vector2f(0.012F, 0) + 1.6F * to_tuft(at, seed);
+  constexpr int tufts = 12, locks = 4;  // along a side of the patch
+  const Tuft tuft = tuft_of(at, tufts, 2, seed), lock = tuft_of(at, locks, 3, seed);
+  const Vector2f to_tuft = tuft.middle - at, to_lock = lock.middle - at;
+  const float combed = 1.1F * (lock.second - 0.5F);  // [rad] locks part
+  const Vector2f away =
+      0.012F * Vector2f(std::cos(combed), std::sin(combed)) + 1.6F * to_tuft + 0.25F * to_lock;
   const float loose = guard ? 0.15F : 0.9F, lean = std::min(1.0F, away.norm() / 0.016F);
+  const float off = std::min(1.0F, to_tuft.norm() / (0.8F * fur_patch / tufts));
   const Arc hair{.start = {at.x(), at.y(), 0},
-                 .length = guard ? draw.between(0.036F, 0.046F) : draw.between(0.014F, 0.022F),
+                 .length = guard ? guard_length(tuft, lock, off, draw) : draw.between(0.012F, 0.022F),
                  .azimuth = std::atan2(away.y(), away.x()) + draw.between(-loose, loose),
-                 .first_angle = draw.between(0.1F, 0.25F) + 0.3F * lean,
-                 .last_angle = guard ? 0.35F + 0.8F * lean + draw.between(0, 0.2F) : draw.between(0.6F, 1.8F),
+                 .first_angle = draw.between(0.05F, 0.3F) + 0.3F * lean,
+                 .last_angle = guard
+                                   ? 0.3F + 0.8F * lean + 0.4F * (tuft.second - 0.5F) + draw.between(0, 0.3F)
+                                   : draw.between(0.6F, 1.8F),
                  .sharpness = 1,
                  .pieces = 7};
   const std::vector<Vector3f> points = points_of(hair);
@@ -293,12 +347,12 @@ void add_hair(StrandPatch& patch, const Vector2f& at, bool guard, std::uint64_t 
 }
 
 StrandPatch fur(const StrandOptions& options) {
-  StrandPatch patch{.size = {0.12F, 0.12F}, .height = 0, .feet = {}, .strands = {}};
+  StrandPatch patch{.size = {fur_patch, fur_patch}, .height = 0, .feet = {}, .strands = {}};
   const auto hairs = [&](int across, bool guard, std::uint32_t bin) {
     plant(patch,
           {.columns = across,
            .rows = across,
-           .spacing = Vector2f::Constant(0.12F / static_cast<float>(across)),
+           .spacing = Vector2f::Constant(fur_patch / static_cast<float>(across)),
            .jitter = 0.9F},
           0.04F, options, bin,
           [&](const Vector2f& foot, Draw& draw) { add_hair(patch, foot, guard, options.seed, draw); });

@@ -42,9 +42,9 @@ struct StrandOptions {
 };
 
 // Rice near harvest: hills 15 cm apart in rows 30 cm apart, of about a dozen culms, with long leaves and
-// panicles that nod; about 0.9 m. Moss: shoots all around with leaves, some with a seta and its capsule; 3
-// cm. Fur: guard hairs over shorter ones, combed towards +x; 4 cm. Throws InputError for a scale that is not
-// above 0, and for a variant that is none.
+// panicles that nod; about 0.9 m. Moss: cushions of shoots with leaves, some with a seta and its capsule; 3
+// cm. Fur: guard hairs of all lengths in tufts and locks over shorter ones, combed towards +x; 4 cm. Throws
+// InputError for a scale that is not above 0, and for a variant that is none.
 StrandPatch grow_strands(VolumePlant plant, const StrandOptions& options = {});
 
 }  // namespace tremula

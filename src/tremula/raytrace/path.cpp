@@ -129,6 +129,7 @@ Vertex vertex_of(const Ray& ray, const RayShapeHit& hit) {
   const float most = (hit.reflected + hit.transmitted).maxCoeff(), scale = most > 1 ? 1 / most : 1;
   to.reflected = scale * hit.reflected;
   to.transmitted = scale * hit.transmitted;
+  to.gloss = hit.gloss;
   const float away = clearance(point);
   vertex.front = point + away * to.plane;
   vertex.behind = point - away * to.plane;

@@ -12,12 +12,16 @@
 
 namespace tremula {
 
-// Where a ray meets a shape, and what it is made of there: dull on both sides. Colours are linear, 0 to 1,
-// and of each no more than 1 together; what is neither reflected nor transmitted is swallowed.
+class Gloss;
+
+// Where a ray meets a shape, and what it is made of there: dull on both sides, with a coat where there is
+// one. Colours are linear, 0 to 1, and of each no more than 1 together; what is neither reflected nor
+// transmitted is swallowed.
 struct RayShapeHit {
   float distance = 0;                                 // along the ray's unit direction [m]
   Eigen::Vector3f normal = Eigen::Vector3f::UnitZ();  // unit, outwards
   Eigen::Vector3f reflected = Eigen::Vector3f::Zero(), transmitted = Eigen::Vector3f::Zero();
+  const Gloss* gloss = nullptr;  // a clear coat over it, of the shape's own (scattering.hpp); none: dull
 };
 
 // One thing at the time of a frame.

@@ -1,6 +1,9 @@
 #include "tremula/raytrace/volume_shape.hpp"
 
+#include "tremula/base/error.hpp"
+#include "tremula/base/number_text.hpp"
 #include "tremula/raytrace/sampling.hpp"
+#include "tremula/raytrace/scattering.hpp"
 #include "tremula/render/noise.hpp"
 #include "tremula/render/patterns.hpp"
 
@@ -65,8 +68,8 @@ Vector3f tint(const VolumeLook& look, const Vector2f& at) {
 // One shape: the volume marched through from where the ray enters it.
 class March {
  public:
-  March(std::shared_ptr<const PosedVolume> volume, const VolumeLook& look)
-      : shared_(std::move(volume)), volume_(*shared_), look_(look) {
+  March(std::shared_ptr<const PosedVolume> volume, const VolumeLook& look, std::shared_ptr<const Gloss> coat)
+      : shared_(std::move(volume)), volume_(*shared_), look_(look), coat_(std::move(coat)) {
     const std::vector<Texels>& levels = volume_.field->patches.front();
     for (const Texels& texels : levels) cells_.push_back(texels.cell.minCoeff());
   }
@@ -119,6 +122,7 @@ class March {
     hit.normal = visible_normal(value, direction, {a, b});
     hit.reflected = value.color.cwiseProduct(tint(look_, rest.at)).cwiseMin(1.0F).cwiseMax(0.0F);
     hit.transmitted = Vector3f::Zero();
+    hit.gloss = coat_.get();
     if (!(look_.translucent > 0)) return;
     hit.transmitted = look_.translucent * light_through_leaf(hit.reflected);
     const float most = (hit.reflected + hit.transmitted).maxCoeff();
@@ -131,6 +135,7 @@ class March {
   std::shared_ptr<const PosedVolume> shared_;
   const PosedVolume& volume_;
   VolumeLook look_;
+  std::shared_ptr<const Gloss> coat_;
   std::vector<float> cells_;  // edges of the texels of every level [m]
 };
 
@@ -161,9 +166,12 @@ RayShape volume_shape(std::shared_ptr<const VolumeField> field, const VolumeLook
   RayShape shape;
   shape.name = std::move(name);
   shape.reach = pose_volume(ground, 0).bounds;
-  shape.pose = [ground, look](double time, double shutter) {
+  if (look.roughness && !(*look.roughness >= 0 && *look.roughness <= 1))
+    throw InputError("roughness of the strands", number_text(static_cast<double>(*look.roughness)), "0 to 1");
+  const auto coat = look.roughness ? std::make_shared<const Gloss>(*look.roughness) : nullptr;
+  shape.pose = [ground, look, coat](double time, double shutter) {
     const auto posed = std::make_shared<const PosedVolume>(pose_volume(ground, time, shutter));
-    return std::vector<PosedRayShape>{{posed->bounds, March(posed, look)}};
+    return std::vector<PosedRayShape>{{posed->bounds, March(posed, look, coat)}};
   };
   return shape;
 }
