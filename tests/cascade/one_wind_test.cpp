@@ -13,6 +13,8 @@
 #include "tremula/dynamics/canopy_sway.hpp"
 #include "tremula/dynamics/oscillators.hpp"
 #include "tremula/dynamics/response_field.hpp"
+#include "tremula/dynamics/trunk_sway.hpp"
+#include "tremula/geometry/impression.hpp"
 #include "tremula/numerics/fft.hpp"
 #include "tremula/pipeline.hpp"
 #include "tremula/wind/travelling_field.hpp"
@@ -36,10 +38,10 @@ Wind world(int seed) { return Wind(turbulence(seed), Realisation::of_world); }
 
 // Of a signal that is the wind through h, and of one through g, over the bins of the loop: their correlation.
 using Follow = std::function<std::complex<double>(double frequency)>;
-double correlation_of(const Follow& h, const Follow& g) {
+double correlation_of(const Follow& h, const Follow& g, double height = place.z()) {
   double cross = 0, of_h = 0, of_g = 0;
   for (int bin = 1; bin < loop.bin_count(); ++bin) {
-    const double f = loop.frequency(bin), power = spectrum_at(turbulence(1), place.z(), f)[0];
+    const double f = loop.frequency(bin), power = spectrum_at(turbulence(1), height, f)[0];
     cross += power * (h(f) * std::conj(g(f))).real();
     of_h += power * std::norm(h(f));
     of_g += power * std::norm(g(f));
@@ -141,6 +143,47 @@ TEST(OneWind, MovesAStructureAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
   EXPECT_LT(found.standard_error, 0.03);
 }
 
+// An oscillator, a bin of which has the root mean square of its magnitude over it, as in response fields.
+struct Oscillator {
+  double frequency = 1, damping_ratio = 0.1;
+
+  std::complex<double> at(double f) const {
+    const double r = f / frequency;
+    return 1.0 / std::complex<double>(1 - r * r, 2 * damping_ratio * r);
+  }
+  double mean_square(double f) const {
+    constexpr int pieces = 200;
+    double sum = 0;
+    for (int i = 0; i < pieces; ++i) sum += std::norm(at(f + ((i + 0.5) / pieces - 0.5) / loop.period));
+    return sum / pieces;
+  }
+  std::complex<double> of_bin(double f) const {
+    return std::polar(std::sqrt(mean_square(f)), std::arg(at(f)));
+  }
+};
+
+// A painted tree: the fundamental mode of its trunk.
+TEST(OneWind, MovesAPaintedTreeAsItsTransferFunctionSaysOfTheWindAtItsPlace) {
+  const ImpressionistTree tree = impressionist_tree("round", 6);
+  const Subject subject = bake(
+      trunk_skeleton(tree), {.structure = {.material = find_material(tree.material)}, .modes = {.count = 2}});
+  Damping damping;
+  damping.ratio = 0.1;
+  const TrunkSway sway = trunk_sway(subject.structure, world(1), loop, {.loads = {}, .damping = damping});
+  const Oscillator mode{sway.frequency[0], sway.damping_ratio[0]};
+  const Vec3 at(place.x(), place.y(), sway.gust_height);
+  const Statistic found = over_seeds([&](int seed) {
+    const TravellingField over = gust_field(
+        world(seed), loop, {.columns = 9, .first_column = -5, .spacing = 0.5, .heights = {sway.gust_height}});
+    return correlation_of(series_of(over, at), series_of(respond(over, sway.response), at));
+  });
+  const double wanted = correlation_of(
+      itself, [&](double f) { return mode.of_bin(f); }, sway.gust_height);
+  EXPECT_NEAR(found.mean, wanted, 3 * found.standard_error);
+  EXPECT_LT(found.standard_error, 0.05);
+  EXPECT_LT(wanted, 0.95);  // or the wind itself would do
+}
+
 // A volume: the tops of rice, which draw along those within `neighbours`.
 CanopyResponse rice() {
   CanopyResponse response;
@@ -151,31 +194,23 @@ CanopyResponse rice() {
   return response;
 }
 
-// Of the tops and the wind above one of them. The oscillator of a bin is the root mean square of its
-// magnitude over it. A front that is straight loses exp(-(pi f s/U)^2) along the wind. Across it the mean of
-// the wind by exp(-y^2/s^2) has with the wind in its middle the part exp(a^2 s^2/4) erfc(a s/2), where that
-// of two places is exp(-a |y|), and with itself that of sqrt(2) s.
+// Of the tops and the wind above one of them. A front that is straight loses exp(-(pi f s/U)^2) along the
+// wind. Across it the mean of the wind by exp(-y^2/s^2) has with the wind in its middle the part exp(a^2
+// s^2/4) erfc(a s/2), where that of two places is exp(-a |y|), and with itself that of sqrt(2) s.
 double correlation_of_tops(const CanopyResponse& canopy) {
   const double speed = turbulence(1).mean.speed, s = canopy.neighbours;
+  const Oscillator oscillator{canopy.frequency, canopy.damping_ratio};
   const auto part = [](double a, double length) {
     return std::exp(a * a * length * length / 4) * std::erfc(a * length / 2);
   };
   double cross = 0, of_wind = 0, of_tops = 0;
   for (int bin = 1; bin < loop.bin_count(); ++bin) {
     const double f = loop.frequency(bin), power = spectrum_at(turbulence(1), place.z(), f)[0];
-    const auto oscillator = [&](double at) {
-      const double r = at / canopy.frequency;
-      return 1.0 / std::complex<double>(1 - r * r, 2 * canopy.damping_ratio * r);
-    };
-    constexpr int pieces = 200;
-    double squares = 0;
-    for (int i = 0; i < pieces; ++i)
-      squares += std::norm(oscillator(f + ((i + 0.5) / pieces - 0.5) / loop.period)) / pieces;
     const double decay = coherence_decay(turbulence(1).coherence, 0, f).y;
     const double along = std::exp(-std::pow(std::numbers::pi * f * s / speed, 2));
-    cross += power * std::sqrt(squares) * std::cos(std::arg(oscillator(f))) * along * part(decay, s);
+    cross += power * oscillator.of_bin(f).real() * along * part(decay, s);
     of_wind += power;
-    of_tops += power * squares * along * along * part(decay, std::numbers::sqrt2 * s);
+    of_tops += power * oscillator.mean_square(f) * along * along * part(decay, std::numbers::sqrt2 * s);
   }
   return cross / std::sqrt(of_wind * of_tops);
 }
