@@ -23,7 +23,8 @@ Eigen::Matrix3Xd straight(int pieces, const Vec3& direction = Vec3::UnitZ()) {
 
 TEST(HeavyRod, HasTheFrequenciesThatItsWeightLeavesIt) {
   TREMULA_NEED_DATA("rods.json");
-  for (const auto& [weight, wanted] : test::rods().at("heavy.standing.omega2").items()) {
+  const nlohmann::json rods = test::rods();
+  for (const auto& [weight, wanted] : rods.at("heavy.standing.omega2").items()) {
     const HeavyRod rod = unit_rod(std::stod(weight));
     const double omega_squared = std::pow(2 * std::numbers::pi * first_frequency(rod), 2);
     EXPECT_NEAR(omega_squared, wanted[0].get<double>(), 0.02) << weight;
@@ -61,7 +62,8 @@ TEST(HeavyRod, IsDampedByUniformDragAtTheRateOfTheDragOverTheMass) {
 
 TEST(BendRod, IsTheFibreInAFlowThatShedsItsDrag) {
   TREMULA_NEED_DATA("rods.json");
-  for (const auto& [cauchy, wanted] : test::rods().at("fibre.reconfiguration_number").items()) {
+  const nlohmann::json rods = test::rods();
+  for (const auto& [cauchy, wanted] : rods.at("fibre.reconfiguration_number").items()) {
     const double load = std::stod(cauchy);
     if (load > 101) continue;
     constexpr int pieces = 80;
