@@ -62,5 +62,11 @@ TEST_F(Drifting, SaysThePlaceInTheFileOfWhatIsWrong) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.html"));
 }
 
+TEST_F(Drifting, DoesNotPlayAClipWithAnEnd) {
+  write_scene("[[objects]]\nsource = \"sapling\"\n", "pull = \"1m:10N\"\n");
+  EXPECT_THAT(complaint("--object snow -o a.html"), HasSubstr("a clip, wanted a loop"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.html"));
+}
+
 }  // namespace
 }  // namespace tremula

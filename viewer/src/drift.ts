@@ -21,6 +21,7 @@ interface Header {
   high_m: [number, number, number];
   ground_m: number;
   step_s: number;
+  settling_s: number;
   seen: number;   // at a time, in the mean
   share: number;  // of all that there were
   mesh: {vertices: number[][]; triangles: number[]};  // position and normal
@@ -34,7 +35,7 @@ const exposure = 1 / 60;  // of the camera that sees drops as streaks [s]
 const turnsOf = (form: Form): boolean => form === 'leaf' || form === 'seed';
 
 // poseDrift gives a vertex of the small mesh that shows the stays first to last: [m], z up.
-const poseShader = (form: Form, words: number): string => /* glsl */ `
+const poseShader = ({form, settling_s: settling, stays: {words}}: Header): string => /* glsl */ `
   uniform highp usampler2D driftStays;
   uniform highp isampler2D driftSamples;
   uniform float driftNow, driftPeriod, driftStep, driftGround;
@@ -46,7 +47,7 @@ const poseShader = (form: Form, words: number): string => /* glsl */ `
     return uintBitsToFloat(texelFetch(driftStays, texelOf(${words / 4} * stay + four), 0));
   }
 
-  // Which stay its mesh shows, and since when it would have to be seen.
+  // Which stay its mesh shows, and the time in the loop that this begins in.
   int stayOf(vec2 stays, out float since) {
     int first = int(stays.x), last = int(stays.y), stay = last;
     while (stay != first && stayWords(stay, 0).x > driftNow) --stay;
@@ -92,7 +93,7 @@ const poseShader = (form: Form, words: number): string => /* glsl */ `
   // Where a vertex of size 1 and a normal go.
   void turnDrifting(int stay, inout Drifting d, inout vec3 at, inout vec3 facing) {
     vec4 a = stayWords(stay, 4), b = stayWords(stay, 5);
-    float left = clamp((d.airTime - d.age) / 0.35, 0.0, 1.0), flying = d.lies ? left * left * (3.0 - 2.0 * left) : 1.0;
+    float left = clamp((d.airTime - d.age) / ${settling.toFixed(6)}, 0.0, 1.0), flying = d.lies ? left * left * (3.0 - 2.0 * left) : 1.0;
     float phase = a.x + a.y * d.age, spun = a.w * min(d.age, d.airTime);
     phase -= turn * floor(phase / turn + 0.5);
     float yaw = a.z + spun - turn * floor(spun / turn);
@@ -108,8 +109,8 @@ const poseShader = (form: Form, words: number): string => /* glsl */ `
 
 // ---- How it looks
 
-// What is smaller than so many pixels is drawn as large, and of flakes and drops as much fainter, but not below a share:
-// else the far ones would be nothing, as in a photograph.
+// What is smaller than so many pixels is drawn as large, and as much fainter, but not below a share: else far ones would
+// be nothing, as in a photograph.
 const looks: Record<Form, {pixels: number; faintest: number}> = {
   flake: {pixels: 3.4, faintest: 0.5},
   drop: {pixels: 1.4, faintest: 0.16},
@@ -263,7 +264,7 @@ export function readDrift(data: ArrayBuffer): Loop {
     driftGround: {value: ground_m},
     driftPicture: {value: new Vector2(1000, exposure)},
   };
-  const pose = poseShader(form, stays.words);
+  const pose = poseShader(header);
   const byMaterial = staysOf(new Uint32Array(data, first + meshes.first_byte, meshes.count + 1), materials);
   const root = new Group();
   root.rotation.x = -Math.PI / 2;  // from z up to y up

@@ -134,6 +134,7 @@ std::string encode_drift(const Drift& drift, const DriftPaths& paths, double sha
                    {"high_m", {drift.high.x(), drift.high.y(), drift.high.z()}},
                    {"ground_m", paths.ground},
                    {"step_s", static_cast<float>(paths.step)},
+                   {"settling_s", settling_time},
                    {"seen", std::round(mean_seen(paths))},
                    {"share", share},
                    {"mesh", mesh_json(mesh_of(paths.form))}};
