@@ -19,7 +19,7 @@ write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/tremulaConfigVersio
 install(FILES ${CMAKE_CURRENT_BINARY_DIR}/tremulaConfig.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/tremulaConfigVersion.cmake
               cmake/deps/FindFFT.cmake cmake/deps/FindRandom123.cmake
-              cmake/deps/FindStb.cmake cmake/deps/FindOpenVDB.cmake
+              cmake/deps/FindStb.cmake
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/tremula)
 if(TARGET tremula_cli)
   set_target_properties(tremula_cli PROPERTIES INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")

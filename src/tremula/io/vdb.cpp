@@ -2,102 +2,73 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/io/openvdb/module.hpp"
 
-#ifdef TREMULA_HAVE_OPENVDB
+#include <filesystem>
+#include <vector>
 
-#include <cstdint>
-#include <exception>
-#include <sstream>
-
-#include <openvdb/io/Stream.h>
-#include <openvdb/openvdb.h>
+#include <dlfcn.h>
 
 namespace tremula {
 namespace {
 
-void set_place(openvdb::GridBase& grid, const char* name, const Texels& texels, const Vec3& low) {
-  openvdb::Mat4d matrix = openvdb::Mat4d::identity();
-  for (int i = 0; i < 3; ++i) {
-    const auto cell = static_cast<double>(texels.cell[i]);
-    matrix[i][i] = cell;
-    matrix[3][i] = low[i] + 0.5 * cell;
+namespace fs = std::filesystem;
+
+// Beside the program or the shared library that this is in, or where it was to be installed.
+std::string path_of_module() {
+#ifdef TREMULA_HAVE_OPENVDB
+  const fs::path name = fs::path("tremula") / "openvdb.so";
+  std::vector<fs::path> places;
+  Dl_info here{};
+  std::error_code error;
+  if (::dladdr(reinterpret_cast<const void*>(&encode_vdb), &here) != 0 && here.dli_fname != nullptr) {
+    const fs::path folder = fs::canonical(here.dli_fname, error).parent_path();
+    if (!error) places = {folder / name, folder / ".." / TREMULA_LIBRARY_FOLDER / name};
   }
-  grid.setTransform(openvdb::math::Transform::createLinearTransform(matrix));
-  grid.setName(name);
+  const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
+  if (!error) places.push_back(program / ".." / TREMULA_LIBRARY_FOLDER / name);
+  places.push_back(fs::path(TREMULA_INSTALLED_LIBRARIES) / name);
+  for (const fs::path& place : places) {
+    if (fs::is_regular_file(place, error)) return place.string();
+  }
+#endif
+  return {};
 }
 
-// Where a file has an identity of its own, drawn by chance, it gets one by what is in it.
-void set_identity(std::string& bytes) {
-  constexpr std::size_t place = 21, length = 36;  // after magic, versions and a flag
-  if (bytes.size() < place + length) return;
-  std::uint64_t sum = 0xcbf29ce484222325U;  // FNV-1a
-  for (std::size_t i = place + length; i < bytes.size(); ++i)
-    sum = (sum ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3U;
-  for (std::size_t i = 0; i < length; ++i) {
-    if (bytes[place + i] == '-') continue;
-    bytes[place + i] = "0123456789abcdef"[(sum >> (4 * (i % 16))) & 15U];
+// Opened once and never closed: OpenVDB does not end its threads.
+EncodeVdb* encoder() {
+  const std::string path = path_of_module();
+  if (path.empty()) {
+    throw Error(
+        "volumes are written by OpenVDB (libopenvdb-dev), and this tremula was built without it "
+        "(TREMULA_OPENVDB)");
   }
+  void* const module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  void* const symbol = module != nullptr ? ::dlsym(module, encode_vdb_name) : nullptr;
+  if (symbol == nullptr) throw Error(std::string("cannot open OpenVDB: ") + ::dlerror());
+  return reinterpret_cast<EncodeVdb*>(symbol);
 }
 
 }  // namespace
 
-bool has_vdb() { return true; }
+bool has_vdb() { return !path_of_module().empty(); }
 
 std::string encode_vdb(const Texels& texels, const Vec3& low) {
   check_equal("texels of a texture", static_cast<std::ptrdiff_t>(texels.values.size()),
               static_cast<std::ptrdiff_t>(texels.count[0]) * texels.count[1] * texels.count[2]);
-  try {
-    openvdb::initialize();
-    const auto density = openvdb::FloatGrid::create(0);
-    const auto tangent = openvdb::Vec3SGrid::create(openvdb::Vec3s(0)),
-               color = openvdb::Vec3SGrid::create(openvdb::Vec3s(0));
-    set_place(*density, "density", texels, low);
-    set_place(*tangent, "tangent", texels, low);
-    set_place(*color, "color", texels, low);
-    density->setGridClass(openvdb::GRID_FOG_VOLUME);
-    constexpr float most_half = 65504;
-    density->setSaveFloatAsHalf(65535 * texels.density_step <= most_half);
-    tangent->setSaveFloatAsHalf(true);
-    color->setSaveFloatAsHalf(true);
-    auto to_density = density->getAccessor();
-    auto to_tangent = tangent->getAccessor();
-    auto to_color = color->getAccessor();
-    for (int z = 0; z < texels.count[2]; ++z) {
-      for (int y = 0; y < texels.count[1]; ++y) {
-        for (int x = 0; x < texels.count[0]; ++x) {
-          const TexelValue value = value_of(texels, x, y, z);
-          if (!(value.density > 0)) continue;
-          const openvdb::Coord at(x, y, z);
-          to_density.setValue(at, value.density);
-          to_tangent.setValue(at, {value.axis.x(), value.axis.y(), value.axis.z()});
-          to_color.setValue(at, {value.color.x(), value.color.y(), value.color.z()});
-        }
-      }
-    }
-    std::ostringstream stream(std::ios::binary);
-    openvdb::io::Stream(stream).write(openvdb::GridCPtrVec{density, tangent, color});
-    std::string bytes = std::move(stream).str();
-    set_identity(bytes);
-    return bytes;
-  } catch (const std::exception& error) {
-    throw Error(std::string("cannot encode a volume as OpenVDB: ") + error.what());
-  }
+  static EncodeVdb* const encode = encoder();
+  VdbVolume volume;
+  volume.count = texels.count;
+  volume.cell = texels.cell.cast<double>();
+  volume.low = low;
+  volume.most_density = 65535 * texels.density_step;
+  volume.texels = &texels;
+  volume.value_at = [](const void* of, int x, int y, int z) {
+    return value_of(*static_cast<const Texels*>(of), x, y, z);
+  };
+  std::string bytes;
+  if (!encode(volume, bytes)) throw Error("cannot encode a volume as OpenVDB: " + bytes);
+  return bytes;
 }
 
 }  // namespace tremula
-
-#else
-
-namespace tremula {
-
-bool has_vdb() { return false; }
-
-std::string encode_vdb(const Texels&, const Vec3&) {
-  throw Error(
-      "volumes are written by OpenVDB (libopenvdb-dev), and this tremula was built without it "
-      "(TREMULA_OPENVDB)");
-}
-
-}  // namespace tremula
-
-#endif
