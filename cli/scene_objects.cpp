@@ -265,15 +265,20 @@ bool is_scene(const std::string& input) {
 
 const SceneObject& object_of(const Scene& scene, const std::string& name) {
   if (name.empty() && scene.objects.size() == 1) return scene.objects.front();
+  const auto found = std::ranges::find(scene.objects, name, &SceneObject::name);
+  if (!name.empty() && found != scene.objects.end()) return *found;
   std::vector<std::string> names;
   std::string list;
-  for (const SceneObject& object : scene.objects) {
-    if (object.name == name) return object;
-    names.push_back(object.name);
-    list += (list.empty() ? "" : ", ") + object.name;
-  }
+  const auto add = [&](const auto& things) {
+    for (const auto& thing : things) {
+      names.push_back(thing.name);
+      list += (list.empty() ? "" : ", ") + thing.name;
+    }
+  };
+  add(scene.objects), add(scene.grass), add(scene.drift), add(scene.volumes);
   throw InputError("--object", name.empty() ? "not given" : "'" + name + "'",
-                   "one of the objects of the scene: " + list + suggestion(name, names));
+                   names.empty() ? "a scene in which something stands"
+                                 : "one of what is in the scene: " + list + suggestion(name, names));
 }
 
 bool is_grass(const std::string& input) {

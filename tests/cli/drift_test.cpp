@@ -62,6 +62,14 @@ TEST_F(Drifting, SaysThePlaceInTheFileOfWhatIsWrong) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.html"));
 }
 
+TEST_F(Drifting, IsAmongWhatCouldBeMeantByANameThatNothingHas) {
+  write_scene("[[grass]]\nlow = [0, 0]\nhigh = [1, 1]\n");
+  EXPECT_THAT(complaint("--object snwo -o a.html"),
+              HasSubstr("one of what is in the scene: meadow, snow; did you mean snow?"));
+  EXPECT_THAT(complaint("-o a.html"),
+              HasSubstr("--object: not given, wanted one of what is in the scene: meadow, snow"));
+}
+
 TEST_F(Drifting, DoesNotPlayAClipWithAnEnd) {
   write_scene("[[objects]]\nsource = \"sapling\"\n", "pull = \"1m:10N\"\n");
   EXPECT_THAT(complaint("--object snow -o a.html"), HasSubstr("a clip, wanted a loop"));

@@ -86,8 +86,8 @@ struct SceneObject {
 
 // Blades, which stand in an area.
 struct SceneGrass {
-  std::string name;                // "grass" where the file gives none; a number behind it for more
-  std::string species = "meadow";  // lawn, meadow, wheat, rice, reed
+  std::string name;  // that of the species where the file gives none; a number behind it for more
+  std::string species = "meadow";                     // lawn, meadow, wheat, rice, reed
   Eigen::Vector2d low = {-10, -10}, high = {10, 10};  // of the field, along x and y [m]
   std::vector<Polygon> inside, outside;               // in one of the first, and in none of the others
   std::optional<double> density = {};                 // [1/m^2]; that of the species

@@ -96,7 +96,7 @@ void add_things(SceneKeys& all) {
   all.grass = {"[[grass]]",
                "grass",
                "Blades that stand in an area, each in the wind of its place.",
-               {name_key<SceneGrass>("\"grass\""),
+               {name_key<SceneGrass>("that of the species"),
                 {.name = "species",
                  .target = &SceneGrass::species,
                  .choices = {"lawn", "meadow", "wheat", "rice", "reed"},
