@@ -86,8 +86,9 @@ struct AnimateCommand {
   void write_drift(const Scene& scene, const SceneDrift& drift, const CLI::App& flags,
                    const std::vector<const LoopWriter*>& writers) const;
   Outputs outputs_of(const SceneCommands& commands) const;
-  void finish(Json told, const SceneCommands& commands, const WarningLog& warnings, StageLog& log,
-              Outputs& files) const;
+  // What was done, where a report is asked for.
+  void add_report(Json told, const SceneCommands& commands, const WarningLog& warnings, StageLog& log,
+                  Outputs& files) const;
   // Where it is a volume of a scene (animate_volume.cpp); false: it is not, and no output wants one.
   bool animate_volume(const CLI::App& flags) const;
   void write_volume(const Scene& scene, const SceneVolume& volume, const CLI::App& flags) const;

@@ -130,7 +130,9 @@ void AnimateCommand::write_grass(const Scene& scene, const SceneGrass& grass, bo
     told["shapes"] = model->loops.front()->coordinates.cols();
   }
   if (page) told["page"] = {{"blades", page->grass.blade_count()}, {"vertices", page->grass.all_vertices}};
-  finish(std::move(told), commands, warnings, log, files);
+  add_report(std::move(told), commands, warnings, log, files);
+  files.commit();
+  files.announce();
 }
 
 void AnimateCommand::write_drift(const Scene& scene, const SceneDrift& drift, const CLI::App& flags,
@@ -151,13 +153,7 @@ void AnimateCommand::write_drift(const Scene& scene, const SceneDrift& drift, co
   const FilmCamera nobody;
   log.begin(drift.name);
   const ThingSite site{scene, commands, nobody, log, warnings};
-  DriftOfPage page = [&] {
-    try {
-      return make_drift_of_page(drift, site);
-    } catch (const InputError& error) {
-      throw InputError(tremula::text_of(drift.place) + ": " + error.what());
-    }
-  }();
+  DriftOfPage page = made_at(drift.place, [&] { return make_drift_of_page(drift, site); });
   const double all = mean_seen(page.paths), share = share_of_page(page.paths);
   if (share < 1) page.paths = thinned(page.paths, share);
   const double seen = mean_seen(page.paths);
@@ -171,29 +167,27 @@ void AnimateCommand::write_drift(const Scene& scene, const SceneDrift& drift, co
     log.begin("write .html");
     files.add(output, encode_drift_page(page.drift, page.paths, share, page.look, page.facts), shown);
   }
-  finish({{"kind", drift.kind}, {"page", {{"seen", seen}, {"all", all}, {"share", share}}}}, commands,
-         warnings, log, files);
-}
-
-// Says in the report what was done, and writes all.
-void AnimateCommand::finish(Json told, const SceneCommands& commands, const WarningLog& warnings,
-                            StageLog& log, Outputs& files) const {
-  log.finish();
-  if (!report.empty()) {
-    Json all = {{"tremula", TREMULA_VERSION}, {"input", plant.input}};
-    all.update(told);
-    all.update({{"wind_speed_m_s", commands.wind.speed},
-                {"heading_deg", commands.wind.heading},
-                {"period_s", commands.loop.period},
-                {"frames_per_second", commands.frames_per_second},
-                {"warnings", warnings.lines},
-                {"outputs", outputs},
-                {"stages", log.json()},
-                {"peak_bytes", peak_bytes()}});
-    files.add(report, text_of(all));
-  }
+  add_report({{"kind", drift.kind}, {"page", {{"seen", seen}, {"all", all}, {"share", share}}}}, commands,
+             warnings, log, files);
   files.commit();
   files.announce();
+}
+
+void AnimateCommand::add_report(Json told, const SceneCommands& commands, const WarningLog& warnings,
+                                StageLog& log, Outputs& files) const {
+  log.finish();
+  if (report.empty()) return;
+  Json all = {{"tremula", TREMULA_VERSION}, {"input", plant.input}};
+  all.update(told);
+  all.update({{"wind_speed_m_s", commands.wind.speed},
+              {"heading_deg", commands.wind.heading},
+              {"period_s", commands.loop.period},
+              {"frames_per_second", commands.frames_per_second},
+              {"warnings", warnings.lines},
+              {"outputs", outputs},
+              {"stages", log.json()},
+              {"peak_bytes", peak_bytes()}});
+  files.add(report, text_of(all));
 }
 
 }  // namespace tremula::cli

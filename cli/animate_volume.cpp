@@ -54,7 +54,10 @@ std::vector<FrameFiles> files_of(const std::vector<std::string>& outputs, const 
     if (!is_vdb(path))
       throw InputError("-o " + path, "given with '" + name + "', a volume, which has no mesh",
                        "-o " + wanted);
-    if (!has_vdb()) throw Error("-o " + path + ": this program was built without OpenVDB (libopenvdb-dev)");
+    if (!has_vdb())
+      throw Error(
+          "-o " + path +
+          ": this program was built without OpenVDB (libopenvdb-dev), or has lost its tremula/openvdb.so");
     files.push_back(numbered_files(path));
   }
   return files;
@@ -195,13 +198,8 @@ void AnimateCommand::write_volume(const Scene& scene, const SceneVolume& volume,
   const FilmCamera nobody;
   const ThingSite site{scene, commands, nobody, log, warnings};
   log.begin(volume.name);
-  const VolumeGround ground = [&] {
-    try {
-      return prepare_volume(grow_volume(volume, site).field);
-    } catch (const InputError& error) {
-      throw InputError(tremula::text_of(volume.place) + ": " + error.what());
-    }
-  }();
+  const VolumeGround ground =
+      made_at(volume.place, [&] { return prepare_volume(grow_volume(volume, site).field); });
   const PosedVolume first = pose_volume(ground, 0);
   const TexelBox box = texel_size ? box_around(first, *texel_size) : usual_box(first);
   check_room(box);
@@ -213,27 +211,15 @@ void AnimateCommand::write_volume(const Scene& scene, const SceneVolume& volume,
         return encode_vdb(resample(posed, box.low, box.count, box.cell), box.low);
       },
       log, stills);
-  log.finish();
-  if (!report.empty()) {
-    stills.add(report, text_of(Json{{"tremula", TREMULA_VERSION},
-                                    {"input", plant.input},
-                                    {"object", volume.name},
-                                    {"species", volume.species},
-                                    {"texel_size_m", box.cell},
-                                    {"texels", box.count},
-                                    {"low_m", {box.low.x(), box.low.y(), box.low.z()}},
-                                    {"frames", picked},
-                                    {"frames_written", written.frames},
-                                    {"bytes_a_frame", written.bytes_a_frame()},
-                                    {"wind_speed_m_s", commands.wind.speed},
-                                    {"heading_deg", commands.wind.heading},
-                                    {"period_s", commands.loop.period},
-                                    {"frames_per_second", commands.frames_per_second},
-                                    {"warnings", warnings.lines},
-                                    {"outputs", outputs},
-                                    {"stages", log.json()},
-                                    {"peak_bytes", peak_bytes()}}));
-  }
+  add_report({{"object", volume.name},
+              {"species", volume.species},
+              {"texel_size_m", box.cell},
+              {"texels", box.count},
+              {"low_m", {box.low.x(), box.low.y(), box.low.z()}},
+              {"frames", picked},
+              {"frames_written", written.frames},
+              {"bytes_a_frame", written.bytes_a_frame()}},
+             commands, warnings, log, stills);
   stills.commit();
   for (const FrameFiles& each : files)
     std::cerr << "tremula: wrote " << told(each, picked, box, written) << '\n';

@@ -12,13 +12,9 @@ template <class Thing, class Make>
 void add_things(const std::vector<Thing>& things, const ThingSite& site, const Make& make,
                 std::vector<SceneThing>& made) {
   for (const Thing& thing : things) {
-    try {
-      site.log.begin(thing.name);
-      made.push_back(make(thing, site));
-      site.log.finish();
-    } catch (const InputError& error) {
-      throw InputError(text_of(thing.place) + ": " + error.what());
-    }
+    site.log.begin(thing.name);
+    made.push_back(made_at(thing.place, [&] { return make(thing, site); }));
+    site.log.finish();
   }
 }
 
@@ -52,13 +48,8 @@ std::vector<SceneThing> make_things(const ThingSite& site) {
   add_things(scene.drift, site, make_drift, made);
   add_things(scene.impressions, site, make_impression, made);
   add_things(scene.volumes, site, make_volume, made);
-  if (scene.gusts) {
-    try {
-      made.push_back(make_gusts(*scene.gusts, site));
-    } catch (const InputError& error) {
-      throw InputError(text_of(scene.gusts->place) + ": " + error.what());
-    }
-  }
+  if (scene.gusts)
+    made.push_back(made_at(scene.gusts->place, [&] { return make_gusts(*scene.gusts, site); }));
   return made;
 }
 

@@ -22,6 +22,16 @@ struct RayShape;
 
 namespace tremula::cli {
 
+// What `make` gives; what it refuses is said with the place in the file of the scene.
+template <class Make>
+auto made_at(const FilePlace& place, const Make& make) {
+  try {
+    return make();
+  } catch (const InputError& error) {
+    throw InputError(text_of(place) + ": " + error.what());
+  }
+}
+
 // Where a thing is made: in this scene, seen from there.
 struct ThingSite {
   const Scene& scene;

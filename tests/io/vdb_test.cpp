@@ -49,6 +49,8 @@ TEST(EncodeVdb, RefusesATextureWithoutAllItsTexels) {
 }
 
 #ifdef TREMULA_HAVE_OPENVDB
+// Or all that need it would be skipped.
+TEST(HasVdb, FindsTheModuleOfABuildThatHasOpenVdb) { EXPECT_TRUE(has_vdb()); }
 
 TEST(EncodeVdb, IsReadByOpenVdbWithValuesAtTheirPlaces) {
   const Texels texels = two_of_a_box();

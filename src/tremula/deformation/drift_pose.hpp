@@ -51,13 +51,13 @@ struct DriftMesh {
 };
 DriftMesh mesh_of(DriftForm form);
 
-// How a leaf or a seed turns on its way. At an age, in the air for so long of it, with this share of flying
-// left (flying_at), it is turned by
+// How a leaf or a seed turns on its way. At an age [s], of which it was in the air for `air`, it is turned by
 //
 //   R_z(yaw + yaw_rate air) R_y(flying tilt) R_x(flying lean),
 //   tilt = swing sin(phase + rate age), or phase + rate age where it tumbles,
 //
-// and stands off its path by -flying glide cos(phase + rate age) along the x axis that R_z turns.
+// and stands off its path by -flying glide cos(phase + rate age) along the x axis that R_z turns. `flying` is
+// 1, but of those that come to rest it goes smoothly to 0 in the last settling_time.
 struct DriftTurns {
   float phase = 0, rate = 0;    // [rad], [rad/s]
   float yaw = 0, yaw_rate = 0;  // [rad], [rad/s]

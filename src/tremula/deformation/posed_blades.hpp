@@ -14,9 +14,9 @@ namespace tremula {
 // The field of the gusts at one time: sample and column from x and y.
 struct FieldNow {
   float cosine = 1, sine = 0;            // of the heading
-  float now = 0, samples_per_metre = 0;  // sample at x = 0
+  float now = 0, samples_per_metre = 0;  // sample at x = 0 [samples], and how much earlier downwind [1/m]
   int sample_count = 1, columns = 1;
-  float first_column = 0, columns_per_metre = 1;
+  float first_column = 0, columns_per_metre = 1;  // across the wind [m], [1/m]
 };
 
 struct PoseOfGrass {
@@ -25,12 +25,13 @@ struct PoseOfGrass {
   struct KindSkin {
     BladeSkin skin;
     bool flat;                    // no vertex is off the flat side
-    std::array<float, 4> shares;  // lengths of pieces
+    std::array<float, 4> shares;  // lengths of pieces, of the blade's
     int pieces;
   };
   std::vector<KindSkin> skins;  // (kinds)
   bool still = false;           // as it grows, in no wind
 };
+// `time` in seconds; `grass` has to outlive it.
 PoseOfGrass pose_of(const GrassInWind& grass, double time, bool still);
 
 // The angles [rad] along x and y by which a blade that is not stiff is driven, lean and gusts.

@@ -41,11 +41,14 @@ EncodeVdb* encoder() {
   if (path.empty()) {
     throw Error(
         "volumes are written by OpenVDB (libopenvdb-dev), and this tremula was built without it "
-        "(TREMULA_OPENVDB)");
+        "(TREMULA_OPENVDB), or has lost its tremula/openvdb.so");
   }
   void* const module = ::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const symbol = module != nullptr ? ::dlsym(module, encode_vdb_name) : nullptr;
-  if (symbol == nullptr) throw Error(std::string("cannot open OpenVDB: ") + ::dlerror());
+  if (symbol == nullptr) {
+    const char* const reason = ::dlerror();
+    throw Error("cannot open OpenVDB: " + (reason != nullptr ? std::string(reason) : path));
+  }
   return reinterpret_cast<EncodeVdb*>(symbol);
 }
 
