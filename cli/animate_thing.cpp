@@ -108,8 +108,11 @@ void AnimateCommand::write_grass(const Scene& scene, const SceneGrass& grass, bo
   const auto pages = std::ranges::count_if(writers, is_page);
   std::optional<GrassOfPage> page;
   std::optional<SceneThing> model;
-  if (pages > 0) page = make_grass_of_page(preset ? around_origin(grass, page_half) : grass, site);
-  if (pages < std::ssize(writers) || writers.empty()) model = make_grass(grass, site);
+  const auto grow = [&](const auto& make, const SceneGrass& field) {
+    return preset ? make(field, site) : made_at(field.place, [&] { return make(field, site); });
+  };
+  if (pages > 0) page = grow(make_grass_of_page, preset ? around_origin(grass, page_half) : grass);
+  if (pages < std::ssize(writers) || writers.empty()) model = grow(make_grass, grass);
   if (model && !writers.empty()) check_moves(*model);
   const LoopWriteOptions options{.morphs = morph_forms.at(morphs),
                                  .compression = compressions.at(compression)};

@@ -96,5 +96,15 @@ TEST_F(Grass, MoreThanAPageHoldsIsRefusedWithItsNumber) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.html"));
 }
 
+TEST_F(Grass, OfAMaskThatLeavesNothingIsRefusedWithItsPlaceInTheScene) {
+  test::write(folder / "s.toml",
+              "[wind]\nseed = 2\n[[grass]]\nlow = [0, 0]\nhigh = [1, 1]\n"
+              "inside = [[5, 5], [6, 5], [6, 6]]\n");
+  const test::Outcome outcome = test::run(folder, "animate s.toml -o a.glb");
+  EXPECT_EQ(outcome.code, 2);
+  EXPECT_THAT(outcome.messages, HasSubstr("s.toml:3:1: field of grass: no blade in it"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.glb"));
+}
+
 }  // namespace
 }  // namespace tremula
