@@ -6,6 +6,7 @@
 #include "tremula/dynamics/gauge.hpp"
 #include "tremula/io/loop_writers.hpp"
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -16,6 +17,7 @@
 
 #include "clips.hpp"
 #include "scene_objects.hpp"
+#include "scene_things.hpp"
 
 namespace tremula::cli {
 
@@ -79,12 +81,24 @@ struct AnimateCommand {
                               double model_error, StageLog& log, Outputs& files) const;
   Json report_of(const Done& done, const StageLog& log) const;
   std::unique_ptr<SceneObjectCommand> take_from_scene(const CLI::App& flags);
-  // Where the input is grass or what drifts (animate_thing.cpp); false: it is not.
+  // Where the input is grass, what drifts or painted trees (animate_thing.cpp); false: it is not.
   bool animate_thing(const CLI::App& flags, const std::vector<const LoopWriter*>& writers) const;
   void write_grass(const Scene& scene, const SceneGrass& grass, bool preset, const CLI::App& flags,
                    const std::vector<const LoopWriter*>& writers) const;
   void write_drift(const Scene& scene, const SceneDrift& drift, const CLI::App& flags,
                    const std::vector<const LoopWriter*>& writers) const;
+  void write_impression(const Scene& scene, const SceneImpression& impression, const CLI::App& flags,
+                        const std::vector<const LoopWriter*>& writers) const;
+  // Of what no file but a page holds.
+  struct ThingPage {
+    std::string html;
+    std::string shown;  // of it, in a line
+    Json told;          // for the report
+  };
+  using MakeThingPage = std::function<ThingPage(const ThingSite& site)>;
+  void write_page(const Scene& scene, const std::string& name, const FilePlace& place,
+                  const std::string& kind, const CLI::App& flags,
+                  const std::vector<const LoopWriter*>& writers, const MakeThingPage& make) const;
   Outputs outputs_of(const SceneCommands& commands) const;
   // What was done, where a report is asked for.
   void add_report(Json told, const SceneCommands& commands, const WarningLog& warnings, StageLog& log,
@@ -92,6 +106,7 @@ struct AnimateCommand {
   // Where it is a volume of a scene (animate_volume.cpp); false: it is not, and no output wants one.
   bool animate_volume(const CLI::App& flags) const;
   void write_volume(const Scene& scene, const SceneVolume& volume, const CLI::App& flags) const;
+  void write_strands(const Scene& scene, const SceneVolume& volume, const CLI::App& flags) const;
   void run(const CLI::App& flags);
 };
 

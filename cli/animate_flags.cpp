@@ -91,7 +91,8 @@ void add_animate(CLI::App& app) {
       "-o,--output", command->outputs,
       "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "
       "per frame), .png (contact sheet); - is standard output; may be repeated. Of what drifts in a scene "
-      ".html alone; of a volume .vdb (OpenVDB): rice/%04d.vdb is a file for every frame");
+      "and of painted trees .html alone; of a volume .html, or .vdb (OpenVDB): rice/%04d.vdb is a file for "
+      "every frame");
   sub.add_option("--format", command->format,
                  "glb, html, csv or png, for an output whose name does not say it (-o -)")
       ->check(CLI::IsMember({"glb", "html", "csv", "png"}));

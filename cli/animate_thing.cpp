@@ -1,9 +1,10 @@
 // tremula animate of what is not baked but looked up in the wind: grass of a scene, or by the name of a
-// species, and what drifts in a scene.
+// species, what drifts in a scene and its painted trees.
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
 #include "tremula/io/drift_page.hpp"
 #include "tremula/io/grass_page.hpp"
+#include "tremula/io/impression_page.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,6 +12,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "animate.hpp"
 #include "scene_things.hpp"
@@ -24,10 +26,16 @@ auto find_thing(const Things& things, const std::string& name) {
   return found != things.end() ? &*found : nullptr;
 }
 
-void refuse_what_is_painted(const Scene& scene, const std::string& name) {
-  if (find_thing(scene.impressions, name) == nullptr) return;
-  throw InputError("--object", "'" + name + "', a painted tree, which only tremula render shows",
-                   "an object, grass, what drifts or a volume: it has no mesh for files");
+// Of the only thing that a scene has, where it has no objects; else none.
+std::string name_of_all(const Scene& scene) {
+  std::vector<std::string> names;
+  const auto add = [&](const auto& things) {
+    for (const auto& thing : things) names.push_back(thing.name);
+  };
+  add(scene.grass);
+  add(scene.drift);
+  add(scene.impressions);
+  return scene.objects.empty() && names.size() == 1 ? names.front() : "";
 }
 
 // What a command line of a plant has that these have too.
@@ -71,14 +79,14 @@ bool AnimateCommand::animate_thing(const CLI::App& flags,
   if (preset && !object.empty()) throw InputError("--object", "given with " + plant.input, "a scene (.toml)");
   const Scene scene =
       preset ? scene_of_grass(plant.input, {-half, -half}, {half, half}) : open_scene(plant.input);
-  const bool only = object.empty() && scene.objects.empty() && scene.grass.size() + scene.drift.size() == 1;
-  const std::string name = !only ? object : scene.drift.empty() ? scene.grass[0].name : scene.drift[0].name;
+  const std::string name = object.empty() ? name_of_all(scene) : object;
   if (const SceneGrass* grass = find_thing(scene.grass, name)) {
     write_grass(scene, *grass, preset, flags, writers);
   } else if (const SceneDrift* drift = find_thing(scene.drift, name)) {
     write_drift(scene, *drift, flags, writers);
+  } else if (const SceneImpression* impression = find_thing(scene.impressions, name)) {
+    write_impression(scene, *impression, flags, writers);
   } else {
-    refuse_what_is_painted(scene, object);
     return false;
   }
   return true;
@@ -138,42 +146,73 @@ void AnimateCommand::write_grass(const Scene& scene, const SceneGrass& grass, bo
   files.announce();
 }
 
-void AnimateCommand::write_drift(const Scene& scene, const SceneDrift& drift, const CLI::App& flags,
-                                 const std::vector<const LoopWriter*>& writers) const {
-  refuse_flags_of_plants(flags, drift.name, thing_flags);
+void AnimateCommand::write_page(const Scene& scene, const std::string& name, const FilePlace& place,
+                                const std::string& kind, const CLI::App& flags,
+                                const std::vector<const LoopWriter*>& writers,
+                                const MakeThingPage& make) const {
+  refuse_flags_of_plants(flags, name, thing_flags);
   for (std::size_t i = 0; i < writers.size(); ++i) {
     if (is_page(writers[i])) continue;
-    throw InputError("-o " + outputs[i],
-                     "given with " + drift.name + ", which drifts: no " + std::string(writers[i]->extension) +
-                         " holds that",
-                     ".html, or tremula render for pictures and films");
+    throw InputError(
+        "-o " + outputs[i],
+        "given with " + name + ", " + kind + ": no " + std::string(writers[i]->extension) + " holds that",
+        ".html, or tremula render for pictures and films");
   }
   const SceneCommands commands = commands_of(scene, flags);
-  if (commands.is_clip) throw InputError("the motion of the scene", "a clip", "a loop, which drift needs");
+  if (commands.is_clip)
+    throw InputError("the motion of the scene", "a clip", "a loop, which " + name + " needs");
   Outputs files = outputs_of(commands);
   StageLog log;
   WarningLog warnings;
   const FilmCamera nobody;
-  log.begin(drift.name);
+  log.begin(name);
   const ThingSite site{scene, commands, nobody, log, warnings};
-  DriftOfPage page = made_at(drift.place, [&] { return make_drift_of_page(drift, site); });
-  const double all = mean_seen(page.paths), share = share_of_page(page.paths);
-  if (share < 1) page.paths = thinned(page.paths, share);
-  const double seen = mean_seen(page.paths);
-  std::string shown = printed("%.0f", seen) + " seen at a time";
-  if (share < 1) {
-    shown += " of " + printed("%.0f", all);
-    warnings.add({drift.name + ": the page shows " + printed("%.3g", 100 * share) +
-                  " % of the number density, each with the same chance: " + shown});
-  }
-  for (const std::string& output : outputs) {
-    log.begin("write .html");
-    files.add(output, encode_drift_page(page.drift, page.paths, share, page.look, page.facts), shown);
-  }
-  add_report({{"kind", drift.kind}, {"page", {{"seen", seen}, {"all", all}, {"share", share}}}}, commands,
-             warnings, log, files);
+  const ThingPage page = made_at(place, [&] { return make(site); });
+  for (const std::string& output : outputs) files.add(output, page.html, page.shown);
+  add_report(page.told, commands, warnings, log, files);
   files.commit();
   files.announce();
+}
+
+void AnimateCommand::write_drift(const Scene& scene, const SceneDrift& drift, const CLI::App& flags,
+                                 const std::vector<const LoopWriter*>& writers) const {
+  const auto make = [&](const ThingSite& site) {
+    DriftOfPage page = make_drift_of_page(drift, site);
+    const double all = mean_seen(page.paths), share = share_of_page(page.paths);
+    if (share < 1) page.paths = thinned(page.paths, share);
+    const double seen = mean_seen(page.paths);
+    std::string shown = printed("%.0f", seen) + " seen at a time";
+    if (share < 1) {
+      shown += " of " + printed("%.0f", all);
+      site.warnings.add({drift.name + ": the page shows " + printed("%.3g", 100 * share) +
+                         " % of the number density, each with the same chance: " + shown});
+    }
+    site.log.begin("write .html");
+    return ThingPage{encode_drift_page(page.drift, page.paths, share, page.look, page.facts),
+                     shown,
+                     {{"kind", drift.kind}, {"page", {{"seen", seen}, {"all", all}, {"share", share}}}}};
+  };
+  write_page(scene, drift.name, drift.place, "which drifts", flags, writers, make);
+}
+
+void AnimateCommand::write_impression(const Scene& scene, const SceneImpression& impression,
+                                      const CLI::App& flags,
+                                      const std::vector<const LoopWriter*>& writers) const {
+  const auto make = [&](const ThingSite& site) {
+    const PlantedImpression planted = plant_impression(impression, site);
+    const std::size_t count = planted.instances.size();
+    const ImpressionMesh mesh = mesh_for_page(planted.tree, count);
+    site.log.begin("write .html");
+    return ThingPage{encode_impressions_page(planted.tree, planted.instances, planted.motion,
+                                             site.facts(impression.name, impression.seed)),
+                     std::to_string(count) + (count == 1 ? " painted tree" : " painted trees"),
+                     {{"shape", impression.shape},
+                      {"page",
+                       {{"trees", count},
+                        {"vertices", mesh.positions.size() * count},
+                        {"triangles", mesh.triangles.size() / 3 * count}}}}};
+  };
+  write_page(scene, impression.name, impression.place, "painted trees", flags, writers, make);
 }
 
 void AnimateCommand::add_report(Json told, const SceneCommands& commands, const WarningLog& warnings,

@@ -1,4 +1,4 @@
-// tremula animate of a volume of a scene: OpenVDB, a file for every frame.
+// tremula animate of a volume of a scene: OpenVDB, a file for every frame; or a page of its shape model.
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
 #include "tremula/base/number_text.hpp"
@@ -24,6 +24,7 @@ namespace {
 constexpr double usual_texels = 2e7;  // at most, unless somebody asks for more
 
 bool is_vdb(const std::string& path) { return lower_extension(path) == ".vdb"; }
+bool is_html(const std::string& path) { return lower_extension(path) == ".html"; }
 
 // The one of that name; without a name the only thing of a scene.
 const SceneVolume* find_volume(const Scene& scene, const std::string& name) {
@@ -47,10 +48,12 @@ const SceneVolume* find_volume(const Scene& scene, const std::string& name) {
 }
 
 std::vector<FrameFiles> files_of(const std::vector<std::string>& outputs, const std::string& name) {
-  const std::string wanted = name + "/%04d.vdb (OpenVDB), or a picture by tremula render";
+  const std::string wanted = name + "/%04d.vdb (OpenVDB), " + name + ".html, or a picture by tremula render";
   if (outputs.empty()) throw InputError("animate", "no output", "-o " + wanted);
   std::vector<FrameFiles> files;
   for (const std::string& path : outputs) {
+    if (is_html(path))
+      throw InputError("-o " + path, "given beside other files of '" + name + "'", "a page by itself");
     if (!is_vdb(path))
       throw InputError("-o " + path, "given with '" + name + "', a volume, which has no mesh",
                        "-o " + wanted);
@@ -166,7 +169,10 @@ bool AnimateCommand::animate_volume(const CLI::App& flags) const {
   if (is_scene(plant.input)) {
     const Scene scene = open_scene(plant.input);
     if (const SceneVolume* volume = find_volume(scene, object)) {
-      write_volume(scene, *volume, flags);
+      if (!outputs.empty() && std::ranges::all_of(outputs, is_html))
+        write_strands(scene, *volume, flags);
+      else
+        write_volume(scene, *volume, flags);
       return true;
     }
     if (vdb != outputs.end()) refuse_what_is_no_volume(scene, object);
@@ -174,6 +180,28 @@ bool AnimateCommand::animate_volume(const CLI::App& flags) const {
   if (vdb == outputs.end()) return false;
   throw InputError("-o " + *vdb, "given with " + plant.input + ", which has a mesh",
                    ".glb, .html, .csv or .png; .vdb for an object of the [[volumes]] of a scene");
+}
+
+void AnimateCommand::write_strands(const Scene& scene, const SceneVolume& volume,
+                                   const CLI::App& flags) const {
+  const auto make = [&](const ThingSite& site) {
+    const StrandField field = grow_strand_field(volume, site);
+    const double share = share_of_page(field);
+    std::string html = encode_volume_page(field, site.facts(volume.name, volume.seed));
+    const std::size_t strands = shown_strands(field, share);
+    std::string shown = std::to_string(strands) + " strands";
+    if (share < 1) {
+      shown += printed(", %.3g %% of all", 100 * share);
+      site.warnings.add({volume.name + ": the page shows" + printed(" %.3g %%", 100 * share) +
+                         " of the strands, each with the same chance, and as much wider"});
+    }
+    return ThingPage{std::move(html),
+                     shown,
+                     {{"object", volume.name},
+                      {"species", volume.species},
+                      {"page", {{"strands", strands}, {"share", share}}}}};
+  };
+  write_page(scene, volume.name, volume.place, "a volume", flags, output_writers(), make);
 }
 
 void AnimateCommand::write_volume(const Scene& scene, const SceneVolume& volume,

@@ -60,11 +60,7 @@ DriftOfPage make_drift_of_page(const SceneDrift& said, const ThingSite& site) {
   return {.drift = drift,
           .paths = carry(gusts, drift),
           .look = look_of(said, drift.kind.form),
-          .facts = {.name = said.name,
-                    .frames_per_second = site.commands.frames_per_second,
-                    .wind_speed = wind.reference.speed,
-                    .heading = wind.reference.heading,
-                    .seed = said.seed}};
+          .facts = site.facts(said.name, said.seed)};
 }
 
 SceneThing make_drift(const SceneDrift& said, const ThingSite& site) {

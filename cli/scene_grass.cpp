@@ -105,22 +105,12 @@ TravellingField gusts_over(const Meadow& meadow, const Vector2d& low, const Vect
   return site.gusts(low, high, spacing, {meadow.height});
 }
 
-LoopFacts facts_of(const std::string& name, std::uint64_t seed, const ThingSite& site) {
-  LoopFacts facts;
-  facts.name = name;
-  facts.frames_per_second = site.commands.frames_per_second;
-  facts.wind_speed = site.commands.wind.speed;
-  facts.heading = site.commands.wind.heading;
-  facts.seed = seed;
-  return facts;
-}
-
 SceneThing thing_of(Meadow meadow, const std::string& name, const Vector2d& low, const Vector2d& high,
                     std::uint64_t seed, const ThingSite& site) {
   const TravellingField gusts = gusts_over(meadow, low, high, site);
   SceneThing thing{.name = name, .kind = meadow.species.name, .count = meadow.size()};
   thing.loops.push_back(
-      std::make_shared<const Loop>(make_grass_loop(std::move(meadow), gusts, facts_of(name, seed, site))));
+      std::make_shared<const Loop>(make_grass_loop(std::move(meadow), gusts, site.facts(name, seed))));
   return thing;
 }
 
@@ -150,7 +140,7 @@ GrassOfPage make_grass_of_page(const SceneGrass& grass, const ThingSite& site) {
   Meadow meadow = sow(species, options_of(grass, species, site));
   check_blades_of_page(meadow.size());
   const TravellingField gusts = gusts_over(meadow, grass.low, grass.high, site);
-  return {put_in_wind(std::move(meadow), gusts), facts_of(grass.name, grass.seed, site)};
+  return {put_in_wind(std::move(meadow), gusts), site.facts(grass.name, grass.seed)};
 }
 
 std::optional<SceneThing> make_ground_grass(const ThingSite& site, std::vector<Eigen::Vector3d>& sown) {

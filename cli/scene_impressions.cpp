@@ -29,20 +29,28 @@ Structure trunk_of(const ImpressionistTree& tree, std::optional<double> frequenc
 
 }  // namespace
 
-SceneThing make_impression(const SceneImpression& impression, const ThingSite& site) {
-  const ImpressionistTree tree = tree_of(impression);
+PlantedImpression plant_impression(const SceneImpression& impression, const ThingSite& site) {
+  PlantedImpression planted;
+  planted.tree = tree_of(impression);
   // Each feels the gusts of its own place, so that Taylor's time shifts are in them already.
-  std::vector<Instance> copies = place_instances(impression.crowd, Vec3::Zero(), site.loop().period);
+  planted.instances = place_instances(impression.crowd, Vec3::Zero(), site.loop().period);
   std::vector<Vec3> places;
-  for (const Instance& copy : copies) places.push_back(copy.position);
+  for (const Instance& copy : planted.instances) places.push_back(copy.position);
   const SceneObjectCommand& air = *site.commands.air;
   const Weather weather = air.at_place([&] { return air.plant().conditions().weather; });
-  const TrunkSway sway = trunk_sway(trunk_of(tree, impression.frequency), site.commands.blowing, site.loop(),
-                                    {weather.loads, weather.damping, tree.width / 2});
-  const double spacing = std::clamp(tree.width / 2, 0.5, 10.0);
-  const TravellingField gusts = site.gusts(places, spacing, {sway.gust_height});
-  SceneThing thing{.name = tree.name, .kind = "impressionist trees", .count = copies.size()};
-  thing.shapes = {impression_shape(tree, std::move(copies), impression_motion(sway, gusts))};
+  const double width = planted.tree.width;
+  const TrunkSway sway = trunk_sway(trunk_of(planted.tree, impression.frequency), site.commands.blowing,
+                                    site.loop(), {weather.loads, weather.damping, width / 2});
+  const TravellingField gusts = site.gusts(places, std::clamp(width / 2, 0.5, 10.0), {sway.gust_height});
+  planted.motion = impression_motion(sway, gusts);
+  return planted;
+}
+
+SceneThing make_impression(const SceneImpression& impression, const ThingSite& site) {
+  PlantedImpression planted = plant_impression(impression, site);
+  SceneThing thing{
+      .name = planted.tree.name, .kind = "impressionist trees", .count = planted.instances.size()};
+  thing.shapes = {impression_shape(planted.tree, std::move(planted.instances), planted.motion)};
   return thing;
 }
 

@@ -36,6 +36,14 @@ TravellingField ThingSite::gusts(const Eigen::Vector2d& low, const Eigen::Vector
   return gusts(corners, spacing, std::move(heights));
 }
 
+LoopFacts ThingSite::facts(const std::string& name, std::uint64_t seed) const {
+  return {.name = name,
+          .frames_per_second = commands.frames_per_second,
+          .wind_speed = commands.wind.speed,
+          .heading = commands.wind.heading,
+          .seed = seed};
+}
+
 std::vector<SceneThing> make_things(const ThingSite& site) {
   const Scene& scene = site.scene;
   std::vector<SceneThing> made;

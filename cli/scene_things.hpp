@@ -4,7 +4,10 @@
 
 #include "tremula/deformation/drift_pose.hpp"
 #include "tremula/deformation/grass_pose.hpp"
+#include "tremula/deformation/impression_motion.hpp"
 #include "tremula/deformation/volume.hpp"
+#include "tremula/geometry/impression.hpp"
+#include "tremula/io/volume_page.hpp"
 #include "tremula/scene/film_camera.hpp"
 #include "tremula/wind/travelling_field.hpp"
 
@@ -47,6 +50,8 @@ struct ThingSite {
   // The same over a field from `low` to `high`.
   TravellingField gusts(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double spacing,
                         std::vector<double> heights) const;
+  // What files say of a thing.
+  LoopFacts facts(const std::string& name, std::uint64_t seed) const;
 };
 
 // Each in its own file: cli/scene_grass.cpp, …
@@ -72,6 +77,14 @@ struct DriftOfPage {
 };
 DriftOfPage make_drift_of_page(const SceneDrift& drift, const ThingSite& site);
 
+// Impressionist trees, as a picture takes them and as a page holds them (io/impression_page.hpp).
+struct PlantedImpression {
+  ImpressionistTree tree;
+  std::vector<Instance> instances;
+  ImpressionMotion motion;
+};
+PlantedImpression plant_impression(const SceneImpression& impression, const ThingSite& site);
+
 // A volume before anybody looks at it.
 struct GrownVolume {
   std::shared_ptr<const VolumeField> field;
@@ -79,6 +92,9 @@ struct GrownVolume {
   std::size_t strands = 0;  // of one patch
 };
 GrownVolume grow_volume(const SceneVolume& volume, const ThingSite& site);
+
+// The same as a page holds it.
+StrandField grow_strand_field(const SceneVolume& volume, const ThingSite& site);
 
 // Grass of the ground near the cameras of the film, where there is any and it moves; and the circles (x, y
 // and radius) that it covers [m].

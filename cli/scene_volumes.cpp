@@ -1,11 +1,11 @@
 #include "tremula/base/color.hpp"
 #include "tremula/base/error.hpp"
 #include "tremula/base/memory.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/dynamics/canopy_sway.hpp"
 #include "tremula/geometry/texels.hpp"
 #include "tremula/raytrace/volume_shape.hpp"
-#include "tremula/render/noise.hpp"
 #include "tremula/scene/placing.hpp"
 
 #include <algorithm>
@@ -92,12 +92,25 @@ void color_strands(const Vector3f& srgb, StrandPatch& patch) {
   }
 }
 
-struct Patches {
-  double height = 0;        // of the highest point [m]
-  double scale = 1;         // of the species
-  std::size_t strands = 0;  // of one patch
-  std::vector<std::vector<Texels>> textures;
+// The shape model: patches that may lie side by side, of plants of one species.
+struct ShapeModel {
+  std::vector<StrandPatch> patches;  // (variants)
+  double height = 0;                 // of the highest point [m]
+  double scale = 1;                  // of the species
 };
+
+ShapeModel grow_shape_model(const SceneVolume& volume, const Species& species) {
+  const VolumePlant plant = volume_plant_of(volume.species);
+  ShapeModel model;
+  const auto natural = static_cast<double>(grow_strands(plant, {.seed = volume.seed}).height);
+  model.scale = volume.height.value_or(natural) / natural;
+  for (int i = 0; i < species.variants; ++i) {
+    model.patches.push_back(grow_strands(plant, {.scale = model.scale, .seed = volume.seed, .variant = i}));
+    model.height = std::max(model.height, static_cast<double>(model.patches.back().height));
+    if (volume.color) color_strands(*volume.color, model.patches.back());
+  }
+  return model;
+}
 
 void check_room(const StrandPatch& patch, double texel_size, double height, int variants) {
   const double texels = texel_count(patch, texel_size, height);
@@ -110,25 +123,15 @@ void check_room(const StrandPatch& patch, double texel_size, double height, int 
       "fewer: at most " + number_text(most_texels) + " each, in half of the memory that is free");
 }
 
-Patches patches_of(const SceneVolume& volume, const Species& species) {
-  const VolumePlant plant = volume_plant_of(volume.species);
-  Patches patches;
-  const auto natural = static_cast<double>(grow_strands(plant, {.seed = volume.seed}).height);
-  patches.scale = volume.height.value_or(natural) / natural;
-  const double texel_size = volume.texel_size.value_or(species.texel_size * patches.scale);
-  std::vector<StrandPatch> grown;
-  for (int i = 0; i < species.variants; ++i) {
-    grown.push_back(grow_strands(plant, {.scale = patches.scale, .seed = volume.seed, .variant = i}));
-    patches.height = std::max(patches.height, static_cast<double>(grown.back().height));
-  }
-  check_room(grown.front(), texel_size, patches.height, species.variants);
-  for (StrandPatch& patch : grown) {
-    if (volume.color) color_strands(*volume.color, patch);
-    patches.strands = patch.strands.size();
-    patches.textures.push_back(
-        mip_levels(scan_convert(patch, texel_size, patches.height), static_cast<double>(patch.size.x()) / 6));
-  }
-  return patches;
+std::vector<std::vector<Texels>> textures_of(const ShapeModel& model, const SceneVolume& volume,
+                                             const Species& species) {
+  const double texel_size = volume.texel_size.value_or(species.texel_size * model.scale);
+  check_room(model.patches.front(), texel_size, model.height, species.variants);
+  std::vector<std::vector<Texels>> textures;
+  for (const StrandPatch& patch : model.patches)
+    textures.push_back(
+        mip_levels(scan_convert(patch, texel_size, model.height), static_cast<double>(patch.size.x()) / 6));
+  return textures;
 }
 
 // A plant that is larger gives more and slower: it is made of the same.
@@ -141,12 +144,12 @@ CanopyResponse response_of(const Species& species, double scale) {
   return response;
 }
 
-std::shared_ptr<const CanopySway> sway_of(const SceneVolume& volume, const CanopyResponse& response,
-                                          double height, const ThingSite& site) {
+CanopySway sway_of(const SceneVolume& volume, const CanopyResponse& response, double height,
+                   const ThingSite& site) {
   const double gust_height = std::max(height, 0.5);  // nearer to the ground the profile of the wind ends
   const double spacing = std::clamp((volume.high - volume.low).maxCoeff() / 64, 0.1, 1.0);
   const TravellingField gusts = site.gusts(volume.low, volume.high, spacing, {gust_height});
-  return std::make_shared<const CanopySway>(canopy_sway(gusts, response));
+  return canopy_sway(gusts, response);
 }
 
 // Plants are lower here and there, and none stand where the masks say so.
@@ -159,7 +162,9 @@ std::function<double(const Vector2d&)> tallness_of(const SceneVolume& volume, do
   };
 }
 
-void check_place(const SceneVolume& volume, const VolumeField& field) {
+using Tallness = std::function<double(const Vector2d& place)>;
+
+void check_place(const SceneVolume& volume, const Tallness& tallness) {
   Scatter masks;  // has the same masks, which are checked with it
   masks.low = volume.low;
   masks.high = volume.high;
@@ -169,31 +174,51 @@ void check_place(const SceneVolume& volume, const VolumeField& field) {
   constexpr int steps = 200;
   for (int i = 0; i < steps * steps; ++i) {
     const Vector2d share((i % steps + 0.5) / steps, (i / steps + 0.5) / steps);
-    if (field.tallness(volume.low + share.cwiseProduct(volume.high - volume.low)) > 0) return;
+    if (tallness(volume.low + share.cwiseProduct(volume.high - volume.low)) > 0) return;
   }
   throw InputError("inside, outside", "nothing of the field is left", "a place to grow in");
+}
+
+Tallness checked_tallness(const SceneVolume& volume, const Species& species, const ShapeModel& model) {
+  const auto patch_size = static_cast<double>(model.patches.front().size.x());
+  Tallness tallness = tallness_of(volume, species.lower, patch_size);
+  check_place(volume, tallness);
+  return tallness;
 }
 
 }  // namespace
 
 GrownVolume grow_volume(const SceneVolume& volume, const ThingSite& site) {
   const Species& species = species_of(volume.species);
+  const ShapeModel model = grow_shape_model(volume, species);
   auto field = std::make_shared<VolumeField>();
   field->low = volume.low;
   field->high = volume.high;
   field->ground = site.ground();
   field->seed = static_cast<std::uint32_t>(volume.seed);
-  Patches patches = patches_of(volume, species);
-  const auto patch_size = static_cast<double>(patches.textures.front().front().size().x());
-  field->tallness = tallness_of(volume, species.lower, patch_size);
-  check_place(volume, *field);
-  const double top = static_cast<double>(patches.textures.front().front().size().z());
-  field->height = top;
-  field->patches = std::move(patches.textures);
-  const auto sway = sway_of(volume, response_of(species, patches.scale), top, site);
+  field->patches = textures_of(model, volume, species);
+  field->tallness = checked_tallness(volume, species, model);
+  field->height = static_cast<double>(field->patches.front().front().size().z());
+  const auto sway = std::make_shared<const CanopySway>(
+      sway_of(volume, response_of(species, model.scale), field->height, site));
   field->sway = [sway](const Vector2d& place, double time) { return (*sway)(place, time); };
   field->most_sway = sway->most;
-  return {.field = std::move(field), .scale = patches.scale, .strands = patches.strands};
+  return {.field = std::move(field), .scale = model.scale, .strands = model.patches.back().strands.size()};
+}
+
+StrandField grow_strand_field(const SceneVolume& volume, const ThingSite& site) {
+  const Species& species = species_of(volume.species);
+  ShapeModel model = grow_shape_model(volume, species);
+  StrandField field;
+  field.height = model.height;
+  field.low = volume.low;
+  field.high = volume.high;
+  field.tallness = checked_tallness(volume, species, model);
+  field.sway = sway_of(volume, response_of(species, model.scale), model.height, site);
+  field.translucent = species.look.translucent;
+  field.seed = static_cast<std::uint32_t>(volume.seed);
+  field.patches = std::move(model.patches);
+  return field;
 }
 
 SceneThing make_volume(const SceneVolume& volume, const ThingSite& site) {

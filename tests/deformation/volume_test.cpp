@@ -19,6 +19,21 @@ using Eigen::Vector2f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 
+TEST(BentSpace, PressesWhatIsLowerTogetherInHeightAlone) {
+  const Bend bend = bend_of({0.3, 0.4}, 1.0);
+  const Eigen::Vector2d foot(0.2, -0.1);
+  for (const double held : {-1.0, 0.6}) {
+    const Vec3 point(0.3, 0.1, 0.8);
+    const Vec3 tall = bent_point(bend, point, foot, held, 1, 1),
+               low = bent_point(bend, point, foot, held, 1, 0.5);
+    EXPECT_NEAR(low.z(), 0.5 * tall.z(), 1e-12);
+    // The way of the stem is half as far; what is off it is not.
+    const double s = held < 0 ? point.z() : held;
+    const Eigen::Vector2d way = station_at(bend.tip_angle, s).along * bend.along;
+    EXPECT_LT((low.head<2>() - (tall.head<2>() - 0.5 * way)).norm(), 1e-12);
+  }
+}
+
 TEST(BentSpace, IsTheFirstModesPolynomialWhileItBendsLittle) {
   const double displacement = 0.01, tip = tip_angle(displacement);
   for (const double s : {0.1, 0.4, 0.7, 1.0}) {

@@ -3,8 +3,8 @@
 #include "raytrace/simple_scenes.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/numerics/random.hpp"
-#include "tremula/render/noise.hpp"
 
 #include <gtest/gtest.h>
 
@@ -129,6 +129,28 @@ TEST(ImpressionShape, ThatBendsIsMetWhereMarchingMeetsItsShiftedLevels) {
   }
   EXPECT_GT(met, rays / 4);
   EXPECT_LT(wrong, rays / 50) << "beside grazing rays";
+}
+
+// The page draws corners where place_in_wind says; rays meet the surface there.
+TEST(ImpressionShape, IsMetWhereThePlaceOfARestingPlaceIs) {
+  ImpressionistTree tree = ball();
+  const ImpressionMotion motion = bending(tree, rocking(0.6F));
+  const TrunkCurve curve = trunk_curve(motion);
+  const Instance at{.position = {3, -2, 1}, .turn = 1.1, .scale = 2, .time_shift = 0.25};
+  const double time = 1.4;
+  const PosedRayShape shape = posed(tree, motion, time, at);
+  for (int i = 0; i < 40; ++i) {
+    const double z = 1.8 * drawn(7, i) - 0.9, angle = 2 * std::numbers::pi * drawn(8, i);
+    const double r = std::sqrt(1 - z * z);
+    const Vec3 on(2 * r * std::cos(angle), 1.5 * r * std::sin(angle), z);
+    const Vec3 place = place_in_wind(motion, curve, at, Vec3(0, 0, 4) + on, time);
+    Vec3 outwards = at.rotation() * Vec3(on.x() / 4, on.y() / 2.25, 0);
+    outwards.normalize();
+    RayShapeHit hit;
+    ASSERT_TRUE(
+        shape.hit((place + 10 * outwards).cast<float>(), (-outwards).cast<float>(), 0, very_far, 1, hit));
+    EXPECT_NEAR(hit.distance, 10, 2e-3) << i;
+  }
 }
 
 TEST(ImpressionShape, MovesItsSilhouetteByTheTrunksDisplacementAtItsHeight) {

@@ -3,7 +3,7 @@
 #include "raytrace/simple_scenes.hpp"
 
 #include "tremula/base/error.hpp"
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 
 #include <gtest/gtest.h>
 

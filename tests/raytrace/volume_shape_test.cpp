@@ -3,8 +3,8 @@
 #include "raytrace/simple_scenes.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/raytrace/scattering.hpp"
-#include "tremula/render/noise.hpp"
 
 #include <cmath>
 #include <memory>

@@ -2,7 +2,7 @@
 // the graphics card puts the vertices that it makes of them.
 import {
   BufferAttribute, BufferGeometry, Camera, DataTexture, FloatType, NoBlending, Points, RGBAFormat, RGBAIntegerFormat,
-  RGFormat, Scene, ShaderMaterial, ShortType, UnsignedIntType, WebGLRenderTarget, type IUniform,
+  RGFormat, Scene, ShaderMaterial, ShortType, UnsignedIntType, Vector2, WebGLRenderTarget, type IUniform,
   type WebGLRenderer,
 } from 'three';
 import type {VertexTable} from './loop';
@@ -15,6 +15,53 @@ export const textureWidth = 2048;  // what every card has
 export const texelShader = /* glsl */ `
   ivec2 texelOf(int i) { return ivec2(i & ${textureWidth - 1}, i >> ${Math.log2(textureWidth)}); }
 `;
+
+// What travels along the wind, from a table of samples times columns (src/tremula/wind/travelling_field.hpp).
+export const travellingShader = /* glsl */ `
+  struct Travelling {
+    vec2 heading;
+    float samples, columns, samplesPerMetre, samplesPerSecond, firstColumn, columnsPerMetre;
+  };
+
+  // At a place, so many samples into the loop; the table begins at texel \`first\`.
+  vec4 travellingAt(sampler2D table, int first, Travelling f, vec2 place, float now) {
+    float along = dot(f.heading, place), across = f.heading.x * place.y - f.heading.y * place.x;
+    float at = now - f.samplesPerMetre * along;
+    at -= f.samples * floor(at / f.samples);
+    float column = clamp((across - f.firstColumn) * f.columnsPerMetre, 0.0, f.columns - 1.0);
+    int samples = int(f.samples), columns = int(f.columns);
+    int p = min(int(at), samples - 1), c = min(int(column), max(columns - 2, 0));
+    int next = p + 1 == samples ? 0 : p + 1, right = c + 1 < columns ? 1 : 0;
+    float t = at - float(p), w = column - float(c);
+    int before = first + p * columns + c, after = first + next * columns + c;
+    vec4 low = mix(texelFetch(table, texelOf(before), 0), texelFetch(table, texelOf(before + right), 0), w);
+    vec4 high = mix(texelFetch(table, texelOf(after), 0), texelFetch(table, texelOf(after + right), 0), w);
+    return mix(low, high, t);
+  }
+
+  // From axes along the wind and across to x and y.
+  vec2 fromWind(Travelling f, vec2 v) {
+    return vec2(f.heading.x * v.x - f.heading.y * v.y, f.heading.y * v.x + f.heading.x * v.y);
+  }
+`;
+
+export interface FieldAxes {
+  samples: number; columns: number; first_column_m: number; spacing_m: number; heading_deg: number; gust_speed_m_s: number;
+}
+
+// For the uniform of that type.
+export function travelling(axes: FieldAxes, period: number): Record<string, number | Vector2> {
+  const heading = axes.heading_deg * Math.PI / 180, perSecond = period > 0 ? axes.samples / period : 0;
+  return {
+    heading: new Vector2(Math.cos(heading), Math.sin(heading)),
+    samples: axes.samples,
+    columns: axes.columns,
+    samplesPerMetre: axes.gust_speed_m_s > 0 ? perSecond / axes.gust_speed_m_s : 0,
+    samplesPerSecond: perSecond,
+    firstColumn: axes.first_column_m,
+    columnsPerMetre: 1 / axes.spacing_m,
+  };
+}
 
 export const hasLetters = (data: ArrayBuffer, letters: string): boolean =>
   data.byteLength > 8 && new TextDecoder().decode(new Uint8Array(data, 0, 4)) === letters;

@@ -5,9 +5,12 @@ import {
   Box3, BufferAttribute, Color, DoubleSide, FrontSide, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh,
   MeshDepthMaterial, MeshStandardMaterial, PlaneGeometry, RGBADepthPacking, SRGBColorSpace, Vector2, Vector3, Vector4,
 } from 'three';
-import {mostRows, PosedVertices, readBlock, texelShader, texture, wordsOfThings, type Uniforms} from './block';
+import {
+  mostRows, PosedVertices, readBlock, texelShader, texture, travelling, travellingShader, wordsOfThings, type FieldAxes,
+  type Uniforms,
+} from './block';
 import type {Facts, Loop, PlantMesh} from './loop';
-import type {Movement, Player, Shape} from './movement';
+import {loadHint, type Movement, type Player, type Shape} from './movement';
 
 interface Make { response: number; lean_rad: number; per_length: number; step_rad: number }
 
@@ -26,10 +29,7 @@ interface Header {
   name: string;
   facts: Facts;
   height_m: number;
-  field: {
-    samples: number; columns: number; first_column_m: number; spacing_m: number; heading_deg: number;
-    gust_speed_m_s: number;
-  };
+  field: FieldAxes;
   blades: {
     count: number; first_byte: number; low_m: [number, number, number]; step_m: [number, number, number];
     length_step_m: number; width_step_m: number;
@@ -45,12 +45,14 @@ const mostWithShadows = 500_000;  // which pose every blade twice a frame
 // Everything that the shader needs to know of a blade by its number. poseBlade gives a vertex of it, by where the vertex
 // is about the joints of the blade: [m], z up.
 const poseShader = /* glsl */ `
+  ${texelShader}
+  ${travellingShader}
+  uniform Travelling grassField;
   uniform highp usampler2D grassBlades;
   uniform highp sampler2D grassResponses, grassBends;
   uniform vec3 grassLow, grassStep;
-  uniform vec2 grassSizeSteps, grassHeading;
-  uniform float grassNow, grassLoad, grassSamplesPerMetre, grassFirstColumn, grassColumnsPerMetre, grassBladeHeight;
-  uniform float grassSamples, grassColumns;
+  uniform vec2 grassSizeSteps;
+  uniform float grassNow, grassLoad, grassBladeHeight;
   uniform vec4 grassShares[${mostKinds}];
   uniform vec4 grassKinds[${mostKinds}];                   // pieces, first bend, entries in the plane and across
   uniform vec4 grassMakes[${mostKinds * makesPerKind}];  // response or -1, lean, per length, step of the angles
@@ -63,7 +65,6 @@ const poseShader = /* glsl */ `
   };
   struct Directions { vec4 x, y, z; };  // of four pieces
 
-  ${texelShader}
   vec2 turned(uint part, float parts) {
     float angle = float(part) * (6.283185307179586 / parts);
     return vec2(cos(angle), sin(angle));
@@ -89,21 +90,9 @@ const poseShader = /* glsl */ `
   vec2 anglesOf(Blade b) {
     vec4 make = grassMakes[b.make];
     if (make.x < 0.0) return vec2(0);
-    float along = dot(grassHeading, b.foot.xy), across = grassHeading.x * b.foot.y - grassHeading.y * b.foot.x;
-    float at = grassNow - grassSamplesPerMetre * along;
-    at -= grassSamples * floor(at / grassSamples);
-    float column = clamp((across - grassFirstColumn) * grassColumnsPerMetre, 0.0, grassColumns - 1.0);
-    int samples = int(grassSamples), columns = int(grassColumns);
-    int p = min(int(at), samples - 1), c = min(int(column), max(columns - 2, 0));
-    int next = p + 1 == samples ? 0 : p + 1, right = c + 1 < columns ? 1 : 0;
-    float t = at - float(p), w = column - float(c);
-    int first = int(make.x) * samples * columns + c, before = first + p * columns, after = first + next * columns;
-    vec2 low = mix(texelFetch(grassResponses, texelOf(before), 0).xy,
-                   texelFetch(grassResponses, texelOf(before + right), 0).xy, w);
-    vec2 high = mix(texelFetch(grassResponses, texelOf(after), 0).xy,
-                    texelFetch(grassResponses, texelOf(after + right), 0).xy, w);
-    vec2 a = grassLoad * b.length * make.z * (vec2(make.y, 0) + make.w * mix(low, high, t));
-    return vec2(grassHeading.x * a.x - grassHeading.y * a.y, grassHeading.y * a.x + grassHeading.x * a.y);
+    int first = int(make.x) * int(grassField.samples) * int(grassField.columns);
+    vec2 gusts = travellingAt(grassResponses, first, grassField, b.foot.xy, grassNow).xy;
+    return fromWind(grassField, grassLoad * b.length * make.z * (vec2(make.y, 0) + make.w * gusts));
   }
 
   Directions bendAt(int entry) {
@@ -185,8 +174,6 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
   const samples = field.samples * field.columns * responses.count;
   const angles = new Int16Array(data, first + responses.first_byte, 2 * samples);
   const directions = Float32Array.from(new Int16Array(data, first + bends.first_byte, 12 * bends.count), (n) => n / 32767);
-  const heading = field.heading_deg * Math.PI / 180;
-  const {period_s: period} = header.facts;
   return {
     grassBlades: {value: texture(wordsOfThings(new Uint32Array(data, first + blades.first_byte, 4 * blades.count), blades.count), 4)},
     grassResponses: {value: texture(Float32Array.from(angles), 2)},
@@ -194,15 +181,10 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
     grassLow: {value: new Vector3(...blades.low_m)},
     grassStep: {value: new Vector3(...blades.step_m)},
     grassSizeSteps: {value: new Vector2(blades.length_step_m, blades.width_step_m)},
-    grassHeading: {value: new Vector2(Math.cos(heading), Math.sin(heading))},
+    grassField: {value: travelling(field, header.facts.period_s)},
     grassNow: {value: 0},
     grassLoad: {value: 1},
-    grassSamplesPerMetre: {value: field.gust_speed_m_s > 0 ? field.samples / (period * field.gust_speed_m_s) : 0},
-    grassFirstColumn: {value: field.first_column_m},
-    grassColumnsPerMetre: {value: 1 / field.spacing_m},
     grassBladeHeight: {value: header.height_m},
-    grassSamples: {value: field.samples},
-    grassColumns: {value: field.columns},
     grassShares: {value: padded(kinds.map(({shares}) => new Vector4(...padded(shares, 4, 0))), mostKinds, new Vector4())},
     grassKinds: {
       value: padded(kinds.map(({shares, bends: {first, in_plane, across}}) =>
@@ -292,7 +274,7 @@ function makeSoil(header: Header, low: Vector3, high: Vector3): Mesh {
 class InWind implements Movement {
   readonly shapes: Shape[] = [];
   readonly windLimit = 2;
-  readonly windHint = 'Loads grow with the square of the wind speed, and so do lean and swaying here; the frequencies stay, and how fast gusts travel.';
+  readonly windHint = loadHint;
 
   constructor(private readonly facts: Facts, private readonly samples: number, private readonly uniforms: Uniforms) {}
 

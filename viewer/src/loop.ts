@@ -28,13 +28,13 @@ export interface Loop {
   meshes: PlantMesh[];  // the parts of the surface, as bark and leaves, of every instance
   movement: Movement;
   vertices: VertexTable;
-  field?: Field;        // of a meadow, or of what drifts
+  field?: Field;        // of a meadow, what drifts, painted trees
 }
 
-// Neither is a thing to be looked at from aside, and the meshes do not say where it is.
+// The meshes of these do not say where they are, and most are not to be looked at from aside.
 export interface Field {
   extent: Box3;         // [m] y up
-  view: 'over' | 'through';
+  view: 'over' | 'through' | 'beside';
   weather: 'fair' | 'rain' | 'snow';
   textureRows: number;  // of the largest texture
   castsShadow: boolean;

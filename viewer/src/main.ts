@@ -3,11 +3,13 @@ import './style.css';
 import {hasLetters} from './block';
 import {readDrift} from './drift';
 import {readGrass} from './grass';
-import {readLoop, unpack} from './loop';
+import {readImpressions} from './impressions';
+import {readLoop, unpack, type Loop} from './loop';
 import {dress} from './materials';
 import type {Player} from './movement';
 import {Panel} from './panel';
 import {Stage} from './stage';
+import {readVolume} from './volume';
 
 // For scripts and tests. Positions are in metres with z up, as in every other file.
 interface Tremula {
@@ -25,11 +27,15 @@ declare global {
   interface Window { tremula: Partial<Tremula> & Pick<Tremula, 'ready'>; }
 }
 
+// Of what is no glTF, by its first letters.
+const readers: Record<string, (data: ArrayBuffer) => Loop> = {TRMG: readGrass, TRMD: readDrift, TRMI: readImpressions, TRMV: readVolume};
+
 async function start(): Promise<void> {
   const data = document.getElementById('loop')!;
   const bytes = await unpack(data.textContent!);
   data.remove();
-  const loop = hasLetters(bytes, 'TRMG') ? readGrass(bytes) : hasLetters(bytes, 'TRMD') ? readDrift(bytes) : await readLoop(bytes);
+  const reader = Object.entries(readers).find(([letters]) => hasLetters(bytes, letters))?.[1] ?? readLoop;
+  const loop = await reader(bytes);
   if (!loop.field) dress(loop.meshes);
 
   const period = loop.facts.period_s;

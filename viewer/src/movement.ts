@@ -25,6 +25,9 @@ export interface Movement {
   show(player: Player): number[];
 }
 
+// Of what answers the wind by a field that was made for one.
+export const loadHint = 'Loads grow with the square of the wind speed, and so do lean and swaying here; the frequencies stay, and how fast gusts travel.';
+
 // Row `time` of a table whose rows are a loop, linear between them. The loop goes on before its begin and after its
 // end; a clip that does not repeat ends with its last row. `times` are those of the rows, the last one the period.
 export function rowAt(times: ArrayLike<number>, table: ArrayLike<number>, width: number, anyTime: number,

@@ -32,7 +32,7 @@ export class Stage {
   private readonly controls: OrbitControls;
   private readonly extent = new Box3();  // of the plant at rest, and of a sheet as it moves
   private readonly azimuth: number;
-  private readonly view: Field['view'] | 'beside';
+  private readonly view: Field['view'];
   private readonly weather: Weather;
   private framed = true;                 // until somebody moves the camera
 

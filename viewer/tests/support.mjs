@@ -95,14 +95,18 @@ export function meadow() {
   return posed && {html: join(folder, 'meadow.html'), posed};
 }
 
-// The pages of the example of what drifts, the same by kind.
-export function drifts() {
-  const lines = linesOfExample('example_09_drift_page')?.map((line) => line.split(' '));
+// The pages of an example that writes several, the same by kind.
+function pagesOfExample(name) {
+  const lines = linesOfExample(name)?.map((line) => line.split(' '));
   return lines && [...new Set(lines.map(([kind]) => kind))].map((kind) => ({
     kind, html: join(folder, `${kind}.html`),
     posed: lines.filter(([of]) => of === kind).map(([, ...numbers]) => posedOf(numbers)),
   }));
 }
+
+export const drifts = () => pagesOfExample('example_09_drift_page');
+export const paintedTrees = () => pagesOfExample('example_10_painted_trees_page');
+export const volumes = () => pagesOfExample('example_11_volume_page');
 
 // The page of a field of a scene, and the report of `tremula animate`.
 export const animateField = (species) => animateThing(species, `[[grass]]
@@ -119,6 +123,23 @@ low = [-3, -3, 0]
 high = [3, 3, 4]
 density = 4
 lie_time = 1
+`);
+
+export const animateImpressions = (shape) => animateThing(shape, `[[impressions]]
+name = "field"
+shape = "${shape}"
+height = 12
+[[impressions.grid]]
+columns = 2
+rows = 2
+spacing = [14, 14]
+`);
+
+export const animateVolume = (species, half) => animateThing(species, `[[volumes]]
+name = "field"
+species = "${species}"
+low = [-${half}, -${half}]
+high = [${half}, ${half}]
 `);
 
 function animateThing(name, thing) {

@@ -9,7 +9,6 @@ namespace tremula {
 namespace {
 
 using Eigen::Vector2d;
-using Eigen::Vector3d;
 
 double angle_at(double tip_angle, double s) {
   const double rest = 1 - s;
@@ -66,38 +65,38 @@ bool UnbentTable::find(float tip, float up, UnbentStation& station) const {
   return true;
 }
 
+Bend bend_of(const Vector2d& displacement, double height) {
+  const double far = displacement.norm();
+  return {far > 0 ? Vector2d(displacement / far) : Vector2d::UnitX(), tip_angle(far / height)};
+}
+
+Vec3 bent_point(const Bend& bend, const Vec3& point, const Vector2d& foot, double held, double height,
+                double tallness) {
+  const double s = std::clamp((held >= 0 ? held : point.z()) / height, 0.0, 1.0);
+  const BentStation at = station_at(bend.tip_angle, s);
+  const Vec3 along(bend.along.x(), bend.along.y(), 0), axis(foot.x(), foot.y(), 0);
+  const Vec3 off = point - axis - s * height * Vec3::UnitZ();
+  // Turned about the horizontal across the bend.
+  const double ahead = off.dot(along), sine = std::sin(at.angle), cosine = std::cos(at.angle);
+  const double turned_ahead = cosine * ahead + sine * off.z(), up = cosine * off.z() - sine * ahead;
+  const Vec3 beside = off - ahead * along - off.z() * Vec3::UnitZ();
+  return axis + beside + (tallness * height * at.along + turned_ahead) * along +
+         tallness * (height * at.up + up) * Vec3::UnitZ();
+}
+
 StrandPatch bend_strands(const StrandPatch& patch,
                          const std::function<Vector2d(const Vector2d& foot)>& displacement) {
   const auto height = static_cast<double>(patch.height);
-  struct Bend {
-    Vector3d along;
-    double tip;
-  };
   std::vector<Bend> bends;
-  for (const Eigen::Vector2f& foot : patch.feet) {
-    const Vector2d top = displacement(foot.cast<double>());
-    const double far = top.norm();
-    const Vector3d along = far > 0 ? Vector3d(top.x() / far, top.y() / far, 0) : Vector3d::UnitX();
-    bends.push_back({along, tip_angle(far / height)});
-  }
+  for (const Eigen::Vector2f& foot : patch.feet)
+    bends.push_back(bend_of(displacement(foot.cast<double>()), height));
   StrandPatch bent = patch;
   for (Strand& strand : bent.strands) {
-    const Bend& bend = bends[strand.plant];
-    const Eigen::Vector2f& foot = patch.feet[strand.plant];
+    const Vector2d foot = patch.feet[strand.plant].cast<double>();
     for (Eigen::Vector3f& point : strand.points) {
-      const double held =
-          strand.held >= 0 ? static_cast<double>(strand.held) : static_cast<double>(point.z());
-      const double s = std::clamp(held / height, 0.0, 1.0);
-      const BentStation at = station_at(bend.tip, s);
-      const Vector3d off = point.cast<double>() -
-                           Vector3d(static_cast<double>(foot.x()), static_cast<double>(foot.y()), s * height);
-      // Turned about the horizontal across the bend.
-      const double ahead = off.dot(bend.along), sine = std::sin(at.angle), cosine = std::cos(at.angle);
-      const double turned_ahead = cosine * ahead + sine * off.z(), up = cosine * off.z() - sine * ahead;
-      const Vector3d moved = off + (turned_ahead - ahead) * bend.along + (up - off.z()) * Vector3d::UnitZ();
-      const Vector3d axis(static_cast<double>(foot.x()), static_cast<double>(foot.y()), 0);
-      point =
-          (axis + height * at.along * bend.along + height * at.up * Vector3d::UnitZ() + moved).cast<float>();
+      point = bent_point(bends[strand.plant], point.cast<double>(), foot, static_cast<double>(strand.held),
+                         height)
+                  .cast<float>();
     }
   }
   return bent;

@@ -56,6 +56,19 @@ class UnbentTable {
 // How a wind moves the tops of plants that stand at a place [m], at a time [s]: linear, in metres.
 using TopSway = std::function<Eigen::Vector2d(const Eigen::Vector2d& place, double time)>;
 
+// How a plant stands whose top would be displaced so far [m] in linear theory.
+struct Bend {
+  Eigen::Vector2d along{1, 0};  // unit, to where it bends
+  double tip_angle = 0;         // [rad]
+};
+Bend bend_of(const Eigen::Vector2d& displacement, double height);
+
+// Where a point of a bent plant goes. Of a stem (`held` below 0) it bends as above; what a stem holds at a
+// height [m] turns with it as it is. `height`: of what bends so; `tallness`: of the plant by that, which
+// presses heights together and not what is across.
+Vec3 bent_point(const Bend& bend, const Vec3& point, const Eigen::Vector2d& foot, double held, double height,
+                double tallness = 1);
+
 // F's way: the shape model itself is bent, for scan_convert to make the texture of. Stems bend as above, by
 // `displacement` [m] where their plant stands; what a stem holds turns with it as it is. `height`: of what
 // bends so [m], that of the patch.

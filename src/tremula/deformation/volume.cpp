@@ -2,6 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/base/noise.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,12 +19,6 @@ using Eigen::Vector2f;
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 using Eigen::Vector4f;
-
-std::uint32_t mixed(std::uint32_t x) {
-  x = (x ^ (x >> 16)) * 0x7feb352dU;
-  x = (x ^ (x >> 15)) * 0x846ca68bU;
-  return x ^ (x >> 16);
-}
 
 // A map over the field and `beyond` it.
 template <class Value>
@@ -50,13 +45,6 @@ void fill(FieldMap<Value>& map, const Make& make) {
   });
 }
 
-std::size_t variant_at(const VolumeField& field, int column, int row) {
-  if (field.patches.size() == 1) return 0;
-  const std::uint32_t number = mixed(mixed(static_cast<std::uint32_t>(column) + field.seed) +
-                                     0x9e3779b9U * static_cast<std::uint32_t>(row));
-  return number % field.patches.size();
-}
-
 // A place of the field in the square of the patch that it lies in.
 struct InPatch {
   std::size_t variant;
@@ -65,7 +53,7 @@ struct InPatch {
 InPatch in_patch(const VolumeField& field, const RestPlace& rest) {
   const Vector3f size = field.patches.front().front().size();
   const float column = std::floor(rest.at.x() / size.x()), row = std::floor(rest.at.y() / size.y());
-  return {variant_at(field, static_cast<int>(column), static_cast<int>(row)),
+  return {variant_at(field.patches.size(), field.seed, static_cast<int>(column), static_cast<int>(row)),
           {rest.at.x() - column * size.x(), rest.at.y() - row * size.y(),
            rest.s * static_cast<float>(field.height)}};
 }
@@ -109,6 +97,13 @@ int wrapped(float place, int count) {  // place in cells, within a patch or a li
 }
 
 }  // namespace
+
+std::size_t variant_at(std::size_t variants, std::uint32_t seed, int column, int row) {
+  if (variants == 1) return 0;
+  const std::uint32_t number =
+      hash(hash(static_cast<std::uint32_t>(column) + seed) + 0x9e3779b9U * static_cast<std::uint32_t>(row));
+  return number % variants;
+}
 
 void check_volume(const VolumeField& field) {
   if (field.patches.empty() || field.patches.front().empty())

@@ -30,6 +30,9 @@ struct VolumeField {
   std::uint32_t seed = 1;
 };
 
+// Which patch lies in a square of a field, its columns and rows counted from the origin.
+std::size_t variant_at(std::size_t variants, std::uint32_t seed, int column, int row);
+
 // Throws InputError for a field without textures or an area, with textures that differ in size, and for
 // numbers that are not finite or, of heights, not above 0.
 void check_volume(const VolumeField& field);

@@ -2,6 +2,7 @@
 
 #include "tremula/base/check.hpp"
 #include "tremula/base/error.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/base/suggestion.hpp"
 #include "tremula/numerics/random.hpp"
 
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
@@ -441,6 +443,32 @@ void check_tree(const ImpressionistTree& tree) {
   if (!(tree.crown_density >= 0) || !std::isfinite(tree.crown_density))
     throw InputError("density of the crown", number_text(tree.crown_density) + " kg/m^3", "0 or more");
 }
+
+std::vector<Quadric> quadrics_of(const ImpressionistTree& tree) {
+  std::vector<Quadric> all{tapered_column(tree.trunk_height, tree.base_radius, tree.top_radius)};
+  all.insert(all.end(), tree.crown.begin(), tree.crown.end());
+  return all;
+}
+
+QuadricPaint paint_of(const Quadric& quadric, std::size_t number, std::uint64_t seed) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(quadric.form);
+  const Vec3 size = solver.eigenvalues().cwiseAbs().cwiseSqrt();
+  const auto draw = [&](std::uint32_t k) {
+    return hash_to_unit(
+        hash(static_cast<std::uint32_t>(seed) + 0x9e3779b9U * static_cast<std::uint32_t>(number)) + k);
+  };
+  const Eigen::Quaternionf turn = Eigen::AngleAxisf(6.2831853F * draw(0), Eigen::Vector3f::UnitZ()) *
+                                  Eigen::AngleAxisf(std::acos(2 * draw(1) - 1), Eigen::Vector3f::UnitX()) *
+                                  Eigen::AngleAxisf(6.2831853F * draw(2), Eigen::Vector3f::UnitZ());
+  QuadricPaint paint;
+  paint.turn = turn.toRotationMatrix();
+  paint.offset = 40 * Eigen::Vector3f(draw(3), draw(4), draw(5));
+  paint.root = (size.asDiagonal() * solver.eigenvectors().transpose()).cast<float>();
+  paint.sign = solver.eigenvalues().cwiseSign().cast<float>();
+  return paint;
+}
+
+float texture_shift(std::size_t copy) { return 0.37F * static_cast<float>(copy % 1024); }
 
 std::vector<CrownLayer> crown_layers(const ImpressionistTree& tree, int count) {
   constexpr int cells = 32, rows = 4;  // of a level across the crown; levels of a layer

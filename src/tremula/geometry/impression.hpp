@@ -124,6 +124,23 @@ ImpressionistTree impressionist_tree(std::string_view shape, double height, std:
 // Throws InputError as check_quadric and check_texture do, and for a tree without trunk or crown.
 void check_tree(const ImpressionistTree& tree);
 
+// The trunk, then the crown.
+std::vector<Quadric> quadrics_of(const ImpressionistTree& tree);
+
+// How a quadric of a tree is painted. Where x is a place from its centre, the texture there is that at
+// turn x + offset: never the same piece of it, and its grid never the same way.
+struct QuadricPaint {
+  Eigen::Matrix3f turn = Eigen::Matrix3f::Identity();
+  Eigen::Vector3f offset = Eigen::Vector3f::Zero();  // [m]
+  // form = root^T diag(sign) root: root x makes a sphere of an ellipsoid.
+  Eigen::Matrix3f root = Eigen::Matrix3f::Identity();
+  Eigen::Vector3f sign = Eigen::Vector3f::Ones();
+};
+// `number`: among quadrics_of(tree).
+QuadricPaint paint_of(const Quadric& quadric, std::size_t number, std::uint64_t seed);
+// How far along x, y and z the texture of a copy is shifted, so that no two have the same leaves [m].
+float texture_shift(std::size_t copy);
+
 // What the wind takes hold of and the trunk carries, by height.
 struct CrownLayer {
   double low = 0, high = 0;  // [m]

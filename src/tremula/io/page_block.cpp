@@ -1,6 +1,11 @@
 #include "tremula/io/page_block.hpp"
 
+#include "tremula/io/finite.hpp"
+
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <span>
 
 namespace tremula {
 
@@ -11,6 +16,36 @@ nlohmann::ordered_json facts_json(const LoopFacts& facts, double period) {
           {"heading_deg", facts.heading},
           {"seed", facts.seed},
           {"frequencies_hz", nlohmann::ordered_json::array()}};
+}
+
+nlohmann::ordered_json axes_json(const TravellingField& field) {
+  return {{"samples", field.loop.sample_count},
+          {"columns", field.plane.columns},
+          {"first_column_m", field.plane.first_column},
+          {"spacing_m", field.plane.spacing},
+          {"heading_deg", field.heading},
+          {"gust_speed_m_s", field.speed}};
+}
+
+void append_field(const TravellingField& field, std::size_t kept, const char* name,
+                  nlohmann::ordered_json& document, std::string& bytes) {
+  constexpr double full = 32767;
+  double most = 0;
+  for (const auto& value : field.values) {
+    check_finite("page: " + std::string(name), std::span<const float>(value));
+    for (std::size_t k = 0; k < kept; ++k) most = std::max(most, std::abs(static_cast<double>(value[k])));
+  }
+  const double step = most / full;
+  std::vector<std::int16_t> numbers;
+  numbers.reserve(kept * field.values.size());
+  for (const auto& value : field.values) {
+    for (std::size_t k = 0; k < kept; ++k) {
+      const double steps = most > 0 ? static_cast<double>(value[k]) / step : 0;
+      numbers.push_back(static_cast<std::int16_t>(std::lround(steps)));
+    }
+  }
+  document[name] = {{"count", field.values.size()}, {"first_byte", bytes.size()}, {"step_m", step}};
+  append_numbers(bytes, numbers);
 }
 
 std::string page_block(std::string_view letters, const nlohmann::ordered_json& document,

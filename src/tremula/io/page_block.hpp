@@ -4,6 +4,7 @@
 #pragma once
 
 #include "tremula/deformation/loop.hpp"
+#include "tremula/wind/travelling_field.hpp"
 
 #include <bit>
 #include <cstring>
@@ -26,6 +27,13 @@ void append_numbers(std::string& bytes, const std::vector<T>& values) {
 
 // Of a loop of that period [s].
 nlohmann::ordered_json facts_json(const LoopFacts& facts, double period);
+
+// Of a field of one layer: how the page looks it up (viewer/src/block.ts: Travelling).
+nlohmann::ordered_json axes_json(const TravellingField& field);
+// Its values, the first `kept` of the four numbers of each, 16 bits signed; the document says under `name`
+// where they are and their step. Throws Error for a number that is not finite.
+void append_field(const TravellingField& field, std::size_t kept, const char* name,
+                  nlohmann::ordered_json& document, std::string& bytes);
 
 std::string page_block(std::string_view letters, const nlohmann::ordered_json& document,
                        const std::string& numbers);

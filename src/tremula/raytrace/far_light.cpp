@@ -1,6 +1,6 @@
 #include "tremula/raytrace/far_light.hpp"
 
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/render/patterns.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "tremula/raytrace/grass.hpp"
 
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 
 #include <algorithm>
 #include <array>

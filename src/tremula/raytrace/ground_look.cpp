@@ -1,6 +1,6 @@
 #include "tremula/raytrace/ground_look.hpp"
 
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 
 #include <algorithm>
 #include <cmath>

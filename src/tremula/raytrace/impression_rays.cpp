@@ -2,7 +2,7 @@
 
 #include "tremula/base/color.hpp"
 #include "tremula/base/error.hpp"
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/render/patterns.hpp"
 #include "tremula/wind/profile.hpp"
 
@@ -14,7 +14,6 @@
 #include <utility>
 
 #include <tbb/parallel_for.h>
-#include <Eigen/Eigenvalues>
 
 namespace tremula {
 namespace {
@@ -27,68 +26,13 @@ using Eigen::Vector4f;
 constexpr std::size_t most_quadrics = 64;  // of a tree, its trunk among them
 constexpr float nearest = 2e-3F;           // so near to where a ray begins, it meets nothing [m]
 
-// ---- How a trunk stands: by height, along and across the wind.
-
-// Piecewise cubic through equidistant heights, straight on above the last.
-class TrunkCurve {
- public:
-  TrunkCurve() = default;
-  explicit TrunkCurve(const ImpressionMotion& motion) {
-    if (motion.heights.empty()) return;
-    constexpr int pieces = 16;
-    step_ = static_cast<float>(motion.heights.back() / pieces);
-    for (int i = 0; i <= pieces; ++i) {
-      const double height = motion.heights.back() * i / pieces;
-      const auto above = std::ranges::lower_bound(motion.heights, height - 1e-9);
-      const auto high = index_of(std::max<std::ptrdiff_t>(above - motion.heights.begin(), 1));
-      const double t =
-          (height - motion.heights[high - 1]) / (motion.heights[high] - motion.heights[high - 1]);
-      const auto between = [&](const std::vector<Eigen::Vector2d>& of) {
-        return Eigen::Vector2d((1 - t) * of[high - 1] + t * of[high]);
-      };
-      Eigen::Vector4d knot;
-      knot << between(motion.lean), between(motion.share);
-      knots_.push_back(knot.cast<float>());
-    }
-    for (std::size_t i = 0; i < knots_.size(); ++i) {
-      const std::size_t low = i > 0 ? i - 1 : 0, high = std::min(i + 1, knots_.size() - 1);
-      slopes_.emplace_back((knots_[high] - knots_[low]) / (static_cast<float>(high - low) * step_));
-    }
-    slopes_.front().setZero();  // clamped
-  }
-
-  bool moves() const { return !knots_.empty(); }
-
-  // Lean and share at a height, and their derivatives.
-  void at(float height, Vector4f& value, Vector4f& slope) const {
-    const float place = std::max(height / step_, 0.0F);
-    const auto low = std::min(static_cast<std::size_t>(place), knots_.size() - 1);
-    const float t = place - static_cast<float>(low);
-    if (low + 1 == knots_.size()) {
-      slope = slopes_.back();
-      value = knots_.back() + t * step_ * slope;
-      return;
-    }
-    const Vector4f rise = knots_[low + 1] - knots_[low];
-    const Vector4f a = step_ * slopes_[low], b = step_ * slopes_[low + 1];
-    value = knots_[low] + t * (a + t * ((3 * rise - 2 * a - b) + t * (a + b - 2 * rise)));
-    slope = (a + t * (2 * (3 * rise - 2 * a - b) + 3 * t * (a + b - 2 * rise))) / step_;
-  }
-
- private:
-  float step_ = 1;
-  std::vector<Vector4f> knots_, slopes_;
-};
-
 // ---- What all copies have
 
 struct Lobe {
   Vector3f centre;
-  Matrix3f form, root;  // root: of the form with its eigenvalues made positive
-  Vector3f sign;        // of these
+  Matrix3f form;
   float level = 1, low = 0, high = 0;
-  Matrix3f to_texture;
-  Vector3f texture_offset;
+  QuadricPaint paint;
   bool trunk = false;
 };
 
@@ -127,27 +71,16 @@ struct Posed {
   double shutter = 0;
 };
 
-Lobe lobe_of(const Quadric& quadric, std::uint32_t number, std::uint64_t seed) {
+Lobe lobe_of(const Quadric& quadric, std::size_t number, std::uint64_t seed) {
   Lobe lobe;
   lobe.centre = quadric.centre.cast<float>();
   lobe.form = quadric.form.cast<float>();
-  const Eigen::SelfAdjointEigenSolver<Mat3> solver(quadric.form);
-  const Vec3 size = solver.eigenvalues().cwiseAbs().cwiseSqrt();
-  lobe.root = (size.asDiagonal() * solver.eigenvectors().transpose()).cast<float>();
-  lobe.sign = solver.eigenvalues().cwiseSign().cast<float>();
   lobe.level = static_cast<float>(quadric.level);
   const Eigen::AlignedBox3d box = bounds_of(quadric);
   lobe.low = static_cast<float>(box.min().z());
   lobe.high = static_cast<float>(box.max().z());
-  // The same texture, but never the same piece of it, and its grid never the same way.
-  const auto draw = [&](std::uint32_t k) {
-    return hash_to_unit(hash(static_cast<std::uint32_t>(seed) + 0x9e3779b9U * number) + k);
-  };
-  const Eigen::Quaternionf turn = Eigen::AngleAxisf(6.2831853F * draw(0), Vector3f::UnitZ()) *
-                                  Eigen::AngleAxisf(std::acos(2 * draw(1) - 1), Vector3f::UnitX()) *
-                                  Eigen::AngleAxisf(6.2831853F * draw(2), Vector3f::UnitZ());
-  lobe.to_texture = turn.toRotationMatrix();
-  lobe.texture_offset = 40 * Vector3f(draw(3), draw(4), draw(5));
+  lobe.paint = paint_of(quadric, number, seed);
+  lobe.trunk = number == 0;
   return lobe;
 }
 
@@ -261,7 +194,8 @@ Place place_of(const LocalRay& ray, const Lobe& lobe, float distance) {
   place.normal.z() -= slope.dot(gradient.head<2>());
   place.normal.normalize();
   // Where the quadric is a sphere: the square of how far it turns towards the eye.
-  const Vector3f on_sphere = lobe.sign.cwiseProduct(lobe.root * place.resting), along = lobe.root * direction;
+  const Vector3f on_sphere = lobe.paint.sign.cwiseProduct(lobe.paint.root * place.resting),
+                 along = lobe.paint.root * direction;
   const float size = on_sphere.squaredNorm() * along.squaredNorm();
   const float cosine = on_sphere.dot(along);
   place.middle = size > 0 ? std::min(cosine * cosine / size, 1.0F) : 1;
@@ -269,8 +203,7 @@ Place place_of(const LocalRay& ray, const Lobe& lobe, float distance) {
 }
 
 Vector3f texture_place(const Lobe& lobe, const Copy& copy, const Vector3f& resting) {
-  return lobe.to_texture * resting + lobe.texture_offset +
-         Vector3f::Constant(0.37F * static_cast<float>(copy.number % 1024));
+  return lobe.paint.turn * resting + lobe.paint.offset + Vector3f::Constant(texture_shift(copy.number));
 }
 
 // By how much the texture has moved, in the axes of the copy and along the crown's surface (F section 5.3:
@@ -374,7 +307,7 @@ bool hit_copy(const Posed& posed, const Copy& copy, const Vector3f& origin, cons
       return true;
     }
     const Vector3f moved = trembling(kind, copy, ray.at(meeting.distance), place.upright, time);
-    const Vector3f at = texture_place(lobe, copy, place.resting) - lobe.to_texture * moved;
+    const Vector3f at = texture_place(lobe, copy, place.resting) - lobe.paint.turn * moved;
     const LeafCell leaf = leaf_cell(at, kind.leaf_size);
     const float value = value_at(kind.tree.texture, leaf.middle);
     const float opacity = opacity_at(kind.levels, kind.tree.cover, value, place.middle);
@@ -447,36 +380,7 @@ Copy copy_of(const Kind& kind, std::size_t number, double time, double shutter) 
   return copy;
 }
 
-void check_motion(const ImpressionMotion& motion) {
-  const std::size_t count = motion.heights.size();
-  if (count != motion.lean.size() || count != motion.share.size() || count == 1)
-    throw InputError("motion of an impressionist tree", std::to_string(count) + " heights",
-                     "two or more, with a lean and a share each");
-  if (motion.sway && count == 0)
-    throw InputError("motion of an impressionist tree", "a sway without heights", "a trunk that sways");
-  if (count > 0 && !(motion.heights.front() == 0 && motion.heights.back() > 0))
-    throw InputError("motion of an impressionist tree", "heights that do not begin at 0", "a trunk");
-}
-
 }  // namespace
-
-FieldResponse tremble_response(double give) {
-  constexpr double frequency = 2, damping = 0.15;
-  return {.along = oscillator_impedance(frequency, damping, give),
-          .across = oscillator_impedance(frequency, damping, give),
-          .up = oscillator_impedance(frequency, damping, give),
-          .spatial = {SpatialResponse::Kind::shinya_fournier, 1}};
-}
-
-ImpressionMotion impression_motion(const TrunkSway& sway, const TravellingField& gusts,
-                                   const FieldResponse& tremble) {
-  return {.heading = gusts.heading,
-          .heights = sway.heights,
-          .lean = sway.lean,
-          .share = sway.share,
-          .sway = std::make_shared<const TravellingField>(respond(gusts, sway.response)),
-          .tremble = std::make_shared<const TravellingField>(respond(gusts, tremble))};
-}
 
 std::shared_ptr<const RayShape> impression_shape(const ImpressionistTree& tree,
                                                  std::vector<Instance> instances,
@@ -490,7 +394,7 @@ std::shared_ptr<const RayShape> impression_shape(const ImpressionistTree& tree,
   auto kind = std::make_shared<Kind>();
   kind->tree = tree;
   kind->motion = motion;
-  kind->curve = TrunkCurve(motion);
+  kind->curve = trunk_curve(motion);
   kind->along = heading_direction(motion.heading).head<2>().cast<float>();
   kind->across = {-kind->along.y(), kind->along.x()};
   kind->levels = levels_of(tree.texture);
@@ -500,14 +404,12 @@ std::shared_ptr<const RayShape> impression_shape(const ImpressionistTree& tree,
   kind->leaf = linear(tree.leaf_color);
   kind->bark = linear(tree.bark_color);
   kind->instances = std::move(instances);
-  std::vector<Quadric> quadrics{tapered_column(tree.trunk_height, tree.base_radius, tree.top_radius)};
-  quadrics.insert(quadrics.end(), tree.crown.begin(), tree.crown.end());
+  const std::vector<Quadric> quadrics = quadrics_of(tree);
   std::vector<Eigen::AlignedBox3f> resting;
   for (std::size_t i = 0; i < quadrics.size(); ++i) {
-    kind->lobes.push_back(lobe_of(quadrics[i], static_cast<std::uint32_t>(i), tree.seed));
+    kind->lobes.push_back(lobe_of(quadrics[i], i, tree.seed));
     resting.push_back(tremula::bounds_of(quadrics[i]).cast<float>());
   }
-  kind->lobes.front().trunk = true;
 
   auto shape = std::make_shared<RayShape>();
   shape->name = tree.name;

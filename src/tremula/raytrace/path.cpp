@@ -1,8 +1,8 @@
 #include "tremula/raytrace/path.hpp"
 
+#include "tremula/base/noise.hpp"
 #include "tremula/raytrace/ground_look.hpp"
 #include "tremula/raytrace/scattering.hpp"
-#include "tremula/render/noise.hpp"
 
 #include <algorithm>
 #include <cmath>

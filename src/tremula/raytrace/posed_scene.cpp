@@ -2,7 +2,7 @@
 
 #include "tremula/base/color.hpp"
 #include "tremula/base/error.hpp"
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 
 #include <algorithm>
 #include <cmath>

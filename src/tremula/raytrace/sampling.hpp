@@ -2,7 +2,7 @@
 // sample, dimension; so that a picture is the same however its pixels are shared out.
 #pragma once
 
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 #include "tremula/raytrace/volume_shape.hpp"
 
 #include "tremula/base/error.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/base/number_text.hpp"
 #include "tremula/raytrace/sampling.hpp"
 #include "tremula/raytrace/scattering.hpp"
-#include "tremula/render/noise.hpp"
 #include "tremula/render/patterns.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 
 #include "tremula/base/color.hpp"
 #include "tremula/base/error.hpp"
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/render/raster.hpp"
 #include "tremula/render/shading.hpp"
 #include "tremula/render/sky.hpp"

@@ -1,6 +1,6 @@
 #include "tremula/render/shading.hpp"
 
-#include "tremula/render/noise.hpp"
+#include "tremula/base/noise.hpp"
 #include "tremula/render/patterns.hpp"
 
 #include <algorithm>
