@@ -191,11 +191,9 @@ function patchOf(strands: Float32Array, points: Float32Array, squares: Float32Ar
       const along = new Vector3(after[0] - before[0], after[1] - before[1], after[2] - before[2]).normalize();
       const share = k / (length - 1);
       vertices.push([here[0], here[1], here[2], x, y, held]);
+      const corner = 2 * (vertices.length - 1);  // two of every point
+      if (k > 0) index.push(corner - 2, corner - 1, corner, corner, corner - 1, corner + 1);
       for (const side of [-1, 1]) {
-        if (k > 0 && side > 0) {
-          const corner = position.length / 3 - 2;
-          index.push(corner, corner + 1, corner + 2, corner + 2, corner + 1, corner + 3);
-        }
         position.push(here[0], here[1], here[2]);
         tangent.push(along.x, along.y, along.z, side * Math.max(here[3] / 2, 1e-7));
         plant.push(x, y, held);
