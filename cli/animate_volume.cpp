@@ -169,7 +169,10 @@ bool AnimateCommand::animate_volume(const CLI::App& flags) const {
   if (is_scene(plant.input)) {
     const Scene scene = open_scene(plant.input);
     if (const SceneVolume* volume = find_volume(scene, object)) {
-      if (!outputs.empty() && std::ranges::all_of(outputs, is_html))
+      const auto is_page = [&](const std::string& path) {
+        return is_html(path) || (lower_extension(path).empty() && format == "html");
+      };
+      if (!outputs.empty() && std::ranges::all_of(outputs, is_page))
         write_strands(scene, *volume, flags);
       else
         write_volume(scene, *volume, flags);

@@ -4,6 +4,7 @@
 #include "tremula/scene/placing.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -36,13 +37,18 @@ PlantedImpression plant_impression(const SceneImpression& impression, const Thin
   planted.instances = place_instances(impression.crowd, Vec3::Zero(), site.loop().period);
   std::vector<Vec3> places;
   for (const Instance& copy : planted.instances) places.push_back(copy.position);
+  const Wind& wind = site.commands.blowing;
+  const double width = planted.tree.width, spacing = std::clamp(width / 2, 0.5, 10.0);
+  if (wind.reference.speed == 0) {  // no gust drives a trunk; the loop has a period all the same
+    const TravellingField still = site.gusts(places, spacing, {planted.tree.height});
+    planted.motion.tremble = std::make_shared<const TravellingField>(respond(still, tremble_response()));
+    return planted;
+  }
   const SceneObjectCommand& air = *site.commands.air;
   const Weather weather = air.at_place([&] { return air.plant().conditions().weather; });
-  const double width = planted.tree.width;
-  const TrunkSway sway = trunk_sway(trunk_of(planted.tree, impression.frequency), site.commands.blowing,
-                                    site.loop(), {weather.loads, weather.damping, width / 2});
-  const TravellingField gusts = site.gusts(places, std::clamp(width / 2, 0.5, 10.0), {sway.gust_height});
-  planted.motion = impression_motion(sway, gusts);
+  const TrunkSway sway = trunk_sway(trunk_of(planted.tree, impression.frequency), wind, site.loop(),
+                                    {weather.loads, weather.damping, width / 2});
+  planted.motion = impression_motion(sway, site.gusts(places, spacing, {sway.gust_height}));
   return planted;
 }
 

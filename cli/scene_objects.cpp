@@ -275,7 +275,7 @@ const SceneObject& object_of(const Scene& scene, const std::string& name) {
       list += (list.empty() ? "" : ", ") + thing.name;
     }
   };
-  add(scene.objects), add(scene.grass), add(scene.drift), add(scene.volumes);
+  add(scene.objects), add(scene.grass), add(scene.drift), add(scene.impressions), add(scene.volumes);
   throw InputError("--object", name.empty() ? "not given" : "'" + name + "'",
                    names.empty() ? "a scene in which something stands"
                                  : "one of what is in the scene: " + list + suggestion(name, names));

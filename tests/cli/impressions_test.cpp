@@ -54,6 +54,14 @@ TEST_F(PaintedTrees, AreForPagesAndPicturesAlone) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.html"));
 }
 
+TEST_F(PaintedTrees, StandStillInStillAir) {
+  if (!can_write_html()) GTEST_SKIP() << "built without node and npm";
+  write_scene("[wind]\nwind_speed = 0\n");
+  const Outcome outcome = run(folder, "animate s.toml -o a.html --report a.json");
+  EXPECT_EQ(outcome.code, 0) << outcome.messages;
+  EXPECT_THAT(contents(folder / "a.json"), HasSubstr("\"period_s\": 2.0"));
+}
+
 TEST_F(PaintedTrees, MoreThanAPageHoldsAreRefusedWithTheirNumber) {
   if (!can_write_html()) GTEST_SKIP() << "built without node and npm";
   write_scene("[[impressions.grid]]\ncolumns = 100\nrows = 100\nspacing = [6, 6]\n");

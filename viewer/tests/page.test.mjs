@@ -257,7 +257,7 @@ describe('the page', needsBrowser, () => {
     });
   }
 
-  for (const [species, half] of [['rice', 0.6], ['moss', 0.03], ['fur', 0.03]]) {
+  for (const [species, half] of [['rice', 0.4], ['moss', 0.02], ['fur', 0.02]]) {
     test(`${species} as strands sways, closes, and stands still in still air`, async () => {
       const {html, report} = animateVolume(species, half);
       const {page, complaints, requests} = await openPage(browser, {viewport: {width: 300, height: 210}, reducedMotion: 'reduce'});
@@ -283,7 +283,7 @@ describe('the page', needsBrowser, () => {
   for (const shape of ['oak', 'pine']) {
     test(`painted trees (${shape}) sway, close, and stand still in still air`, async () => {
       const {html, report} = animateImpressions(shape);
-      const {page, complaints, requests} = await openPage(browser, {viewport: {width: 600, height: 420}, reducedMotion: 'reduce'});
+      const {page, complaints, requests} = await openPage(browser, {viewport: {width: 360, height: 250}, reducedMotion: 'reduce'});
       const url = pathToFileURL(html).href;
       await page.goto(url);
       await page.evaluate(() => window.tremula.ready);
