@@ -53,6 +53,7 @@ function prepare(folder) {
   copyFileSync(join(root, 'scenes/stam-figure-4.toml'), join(folder, 'scene.toml'));
   writeFileSync(join(folder, 'field.toml'), '[[grass]]\nspecies = "lawn"\nlow = [0, 0]\nhigh = [0.3, 0.3]\n' +
     '[[volumes]]\nspecies = "rice"\nlow = [1, 0]\nhigh = [2, 1]\ntexel_size = 0.04\n' +
+    '[[impressions]]\nname = "far"\n' +
     ['snow', 'leaves'].map((kind) => `[[drift]]\nkind = "${kind}"\nlow = [-3, -3, 0]\nhigh = [3, 3, 4]\n`).join(''));
   const made = shell(folder, `set -e
     tremula grow sapling -o tree.swc

@@ -12,8 +12,6 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
-#define STB_IMAGE_IMPLEMENTATION
-#define STBI_ONLY_PNG
 #include "pictures.hpp"
 #include "tremula/io/exr.hpp"
 #include "tremula/raytrace/raytrace.hpp"
