@@ -171,6 +171,10 @@ TEST(EncodeVolume, RefusesWhatAPageCannotHold) {
   field.high.x() = field.low.x();
   EXPECT_THAT(refusal(field), HasSubstr("no area"));
   field = some_field();
+  field.low += Vector2d(1e9, 0);
+  field.high += Vector2d(1e9, 0);
+  EXPECT_THAT(refusal(field), HasSubstr("m from the origin"));
+  field = some_field();
   field.high = field.low + Vector2d(1e-5, 1e-5);
   EXPECT_THAT(refusal(field), HasSubstr("no strand that stands in the field"));
   field = some_field();

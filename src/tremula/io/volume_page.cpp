@@ -46,6 +46,10 @@ void check_field(const StrandField& field) {
   check_positive("height of the volume", field.height, " m");
   if (!field.low.allFinite() || !field.high.allFinite() || !((field.high - field.low).minCoeff() > 0))
     throw InputError("field of the volume", "no area", "one that ends after it begins");
+  constexpr double most_squares_away = 1e8;  // which are counted by whole numbers
+  const double farthest = std::max(field.low.cwiseAbs().maxCoeff(), field.high.cwiseAbs().maxCoeff());
+  if (farthest > most_squares_away * static_cast<double>(field.patches.front().size.minCoeff()))
+    throw InputError("field of the volume", number_text(farthest) + " m from the origin", "one nearer to it");
   if (field.sway.field.values.empty() || field.sway.field.plane.heights.size() != 1)
     throw InputError("sway of the volume of the page", "a field of other than one layer", "one layer");
   const double share = share_of_page(field);

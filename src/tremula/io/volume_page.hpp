@@ -7,8 +7,8 @@
 // - squares: (squares x 4) floats: x and y of the corner of a patch, its variant, 0.
 // - points: (points of all patches x 4) floats: x y z and width.
 // - strands: (strands of all patches x 8) floats: first point, points, x and y of the foot, height at which
-//   the stem holds it or below 0, and three numbers of two colours, linear, each 8 bits a channel in 24:
-//   first, last, and 0.
+//   the stem holds it or below 0, its first and its last colour (linear, 8 bits a channel, red the
+//   highest), 0.
 // - tallness: (rows x columns) of 8 bits, in 255 parts, padded to whole words.
 // - sway: (samples x columns x 2) of 16 bits signed, in steps: CanopySway about the mean, along and across.
 #pragma once
