@@ -26,18 +26,6 @@ auto find_thing(const Things& things, const std::string& name) {
   return found != things.end() ? &*found : nullptr;
 }
 
-// Of the only thing that a scene has, where it has no objects; else none.
-std::string name_of_all(const Scene& scene) {
-  std::vector<std::string> names;
-  const auto add = [&](const auto& things) {
-    for (const auto& thing : things) names.push_back(thing.name);
-  };
-  add(scene.grass);
-  add(scene.drift);
-  add(scene.impressions);
-  return scene.objects.empty() && names.size() == 1 ? names.front() : "";
-}
-
 // What a command line of a plant has that these have too.
 constexpr std::array<std::string_view, 9> thing_flags{"--object",  "--output", "--format",
                                                       "--report",  "--morphs", "--compress",
@@ -79,7 +67,7 @@ bool AnimateCommand::animate_thing(const CLI::App& flags,
   if (preset && !object.empty()) throw InputError("--object", "given with " + plant.input, "a scene (.toml)");
   const Scene scene =
       preset ? scene_of_grass(plant.input, {-half, -half}, {half, half}) : open_scene(plant.input);
-  const std::string name = object.empty() ? name_of_all(scene) : object;
+  const std::string name = name_or_only(scene, object);
   if (const SceneGrass* grass = find_thing(scene.grass, name)) {
     write_grass(scene, *grass, preset, flags, writers);
   } else if (const SceneDrift* drift = find_thing(scene.drift, name)) {

@@ -26,10 +26,7 @@ constexpr double usual_texels = 2e7;  // at most, unless somebody asks for more
 bool is_vdb(const std::string& path) { return lower_extension(path) == ".vdb"; }
 bool is_html(const std::string& path) { return lower_extension(path) == ".html"; }
 
-// The one of that name; without a name the only thing of a scene.
 const SceneVolume* find_volume(const Scene& scene, const std::string& name) {
-  const bool alone = scene.objects.empty() && scene.grass.empty() && scene.volumes.size() == 1;
-  if (name.empty()) return alone ? &scene.volumes.front() : nullptr;
   const auto found = std::ranges::find(scene.volumes, name, &SceneVolume::name);
   return found != scene.volumes.end() ? &*found : nullptr;
 }
@@ -168,7 +165,7 @@ bool AnimateCommand::animate_volume(const CLI::App& flags) const {
   const auto vdb = std::ranges::find_if(outputs, is_vdb);
   if (is_scene(plant.input)) {
     const Scene scene = open_scene(plant.input);
-    if (const SceneVolume* volume = find_volume(scene, object)) {
+    if (const SceneVolume* volume = find_volume(scene, name_or_only(scene, object))) {
       const auto is_page = [&](const std::string& path) {
         return is_html(path) || (lower_extension(path).empty() && format == "html");
       };

@@ -263,19 +263,27 @@ bool is_scene(const std::string& input) {
          is_scene_file(read_file(input, std::size_t{16} << 20));
 }
 
+std::vector<std::string> names_in(const Scene& scene) {
+  std::vector<std::string> names;
+  const auto add = [&](const auto& things) {
+    for (const auto& thing : things) names.push_back(thing.name);
+  };
+  add(scene.objects), add(scene.grass), add(scene.drift), add(scene.impressions), add(scene.volumes);
+  return names;
+}
+
+std::string name_or_only(const Scene& scene, const std::string& name) {
+  const std::vector<std::string> names = names_in(scene);
+  return name.empty() && names.size() == 1 ? names.front() : name;
+}
+
 const SceneObject& object_of(const Scene& scene, const std::string& name) {
   if (name.empty() && scene.objects.size() == 1) return scene.objects.front();
   const auto found = std::ranges::find(scene.objects, name, &SceneObject::name);
   if (!name.empty() && found != scene.objects.end()) return *found;
-  std::vector<std::string> names;
+  const std::vector<std::string> names = names_in(scene);
   std::string list;
-  const auto add = [&](const auto& things) {
-    for (const auto& thing : things) {
-      names.push_back(thing.name);
-      list += (list.empty() ? "" : ", ") + thing.name;
-    }
-  };
-  add(scene.objects), add(scene.grass), add(scene.drift), add(scene.impressions), add(scene.volumes);
+  for (const std::string& each : names) list += (list.empty() ? "" : ", ") + each;
   throw InputError("--object", name.empty() ? "not given" : "'" + name + "'",
                    names.empty() ? "a scene in which something stands"
                                  : "one of what is in the scene: " + list + suggestion(name, names));

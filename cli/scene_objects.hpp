@@ -103,6 +103,11 @@ SceneVocabulary scene_vocabulary();
 bool is_grass(const std::string& input);
 Scene scene_of_grass(const std::string& species, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
 
+// Of all that --object can name: objects, grass, what drifts, painted trees and volumes.
+std::vector<std::string> names_in(const Scene& scene);
+// The name; where none is said, that of the only thing there is, if there is but one.
+std::string name_or_only(const Scene& scene, const std::string& name);
+
 // INPUT as a scene: that of its file, or of the plant or grass that it names alone.
 Scene open_scene(const std::string& input);
 bool is_scene(const std::string& input);

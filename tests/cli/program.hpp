@@ -1,6 +1,7 @@
 // Runs the command line program as a user would.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <fstream>
@@ -33,6 +34,14 @@ inline Outcome run(const TemporaryFolder& folder, const std::string& arguments,
   std::filesystem::remove(folder / "stdout.txt");
   std::filesystem::remove(folder / "stderr.txt");
   return outcome;
+}
+
+// What the program says that refuses with code 2 and one line.
+inline std::string refusal(const TemporaryFolder& folder, const std::string& arguments) {
+  const Outcome outcome = run(folder, arguments);
+  EXPECT_EQ(outcome.code, 2) << arguments;
+  EXPECT_EQ(std::ranges::count(outcome.messages, '\n'), 1) << outcome.messages;
+  return outcome.messages;
 }
 
 inline void write(const std::string& path, const std::string& bytes) {

@@ -182,7 +182,7 @@ TEST(EncodeVolume, RefusesWhatAPageCannotHold) {
   EXPECT_THAT(refusal(field), HasSubstr("page: sway"));
   field = some_field();
   field.patches[0].strands[5].points[1].x() = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_THAT(refusal(field), HasSubstr("page: volume"));
+  EXPECT_THAT(refusal(field), HasSubstr("page: points"));
 }
 
 TEST(EncodeVolumePage, HoldsTheNameAndNoMarks) {

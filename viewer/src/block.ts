@@ -1,7 +1,8 @@
 // What the page holds that is no glTF (src/tremula/io/page_block.hpp): JSON and numbers, textures of these, and where
 // the graphics card puts the vertices that it makes of them.
 import {
-  BufferAttribute, BufferGeometry, Camera, DataTexture, FloatType, NoBlending, Points, RGBAFormat, RGBAIntegerFormat,
+  BufferAttribute, BufferGeometry, Camera, DataTexture, DoubleSide, FloatType, MeshDepthMaterial, NoBlending, Points,
+  RGBADepthPacking, RGBAFormat, RGBAIntegerFormat,
   RGFormat, Scene, ShaderMaterial, ShortType, UnsignedIntType, Vector2, WebGLRenderTarget, type IUniform,
   type WebGLRenderer,
 } from 'three';
@@ -63,6 +64,36 @@ export function travelling(axes: FieldAxes, period: number): Record<string, numb
   };
 }
 
+// What moves in the shader of its vertices throws its shadow there: `begin` sets `transformed`. `declared` and `cut`, of
+// pixels: what may be discarded.
+export function shadowMaterial(uniforms: Uniforms, shader: string, begin: string, declared = '', cut = ''): MeshDepthMaterial {
+  const material = new MeshDepthMaterial({depthPacking: RGBADepthPacking, side: DoubleSide});
+  material.onBeforeCompile = (compiled) => {
+    Object.assign(compiled.uniforms, uniforms);
+    compiled.vertexShader = compiled.vertexShader
+        .replace('void main() {', `${shader}\nvoid main() {`)
+        .replace('#include <begin_vertex>', begin);
+    compiled.fragmentShader = compiled.fragmentShader
+        .replace('void main() {', `${declared}\nvoid main() {`)
+        .replace('#include <map_fragment>', cut);
+  };
+  return material;
+}
+
+// Sunlight that comes through what is thin, in that colour; for the place of opaque_fragment.
+export const lightThrough = (color: string): string => /* glsl */ `
+  #if NUM_DIR_LIGHTS > 0
+    float through = max(dot(-normal, directionalLights[0].direction), 0.0);
+    outgoingLight += diffuseColor.rgb * ${color} * directionalLights[0].color * through;
+  #endif
+  #include <opaque_fragment>`;
+
+// For constants in a shader.
+export const glslFloat = (x: number): string => Number.isInteger(x) ? `${x}.0` : `${x}`;
+
+// 12 345 as people write it.
+export const grouped = (count: number): string => count.toLocaleString('en').replaceAll(',', ' ');
+
 export const hasLetters = (data: ArrayBuffer, letters: string): boolean =>
   data.byteLength > 8 && new TextDecoder().decode(new Uint8Array(data, 0, 4)) === letters;
 
@@ -70,6 +101,17 @@ export const hasLetters = (data: ArrayBuffer, letters: string): boolean =>
 export function readBlock<Header>(data: ArrayBuffer): {header: Header; first: number} {
   const length = new DataView(data).getUint32(4, true);
   return {header: JSON.parse(new TextDecoder().decode(new Uint8Array(data, 8, length))) as Header, first: 8 + length};
+}
+
+// Where numbers are in the block: how many groups of them, and their first byte.
+export interface Part { count: number; first_byte: number }
+
+interface NumberArray<T> { new (bytes: ArrayBuffer): T; readonly BYTES_PER_ELEMENT: number }
+
+// `width` numbers in a group; `first`: where the numbers of the block begin.
+export function numbersOf<T>(type: NumberArray<T>, data: ArrayBuffer, first: number, {count, first_byte}: Part, width = 1): T {
+  const begin = first + first_byte;
+  return new type(data.slice(begin, begin + type.BYTES_PER_ELEMENT * width * count));
 }
 
 export function texture(values: Float32Array | Uint32Array | Int16Array, channels: 2 | 4): DataTexture {

@@ -3,9 +3,11 @@
 // it is turned. What the page holds is described in src/tremula/io/drift_page.hpp.
 import {
   Box3, BufferAttribute, Color, DoubleSide, FrontSide, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh,
-  MeshDepthMaterial, MeshStandardMaterial, RGBADepthPacking, SRGBColorSpace, Vector2, Vector3, type WebGLRenderer,
+  MeshStandardMaterial, SRGBColorSpace, Vector2, Vector3, type WebGLRenderer,
 } from 'three';
-import {mostRows, PosedVertices, readBlock, texelShader, texture, wordsOfThings, type Uniforms} from './block';
+import {
+  grouped, lightThrough, mostRows, PosedVertices, readBlock, shadowMaterial, texelShader, texture, wordsOfThings, type Uniforms,
+} from './block';
 import type {Facts, Loop, PlantMesh} from './loop';
 import type {Movement, Player, Shape} from './movement';
 
@@ -169,29 +171,7 @@ function driftMaterial({name, color_srgb, roughness}: Material, form: Form, pose
         .replace('#include <color_fragment>', `
           diffuseColor *= vec4(driftTint, driftAlpha);
           ${form === 'flake' ? 'diffuseColor.a *= 1.0 - smoothstep(0.25, 0.45, length(driftOff));' : ''}`)
-        .replace('#include <opaque_fragment>', round ? '#include <opaque_fragment>' : `
-          #if NUM_DIR_LIGHTS > 0
-            float through = max(dot(-normal, directionalLights[0].direction), 0.0);
-            outgoingLight += diffuseColor.rgb * vec3(0.35, 0.30, 0.12) * directionalLights[0].color * through;
-          #endif
-          #include <opaque_fragment>`);
-  };
-  return material;
-}
-
-function shadowMaterial(pose: string, uniforms: Uniforms): MeshDepthMaterial {
-  const material = new MeshDepthMaterial({depthPacking: RGBADepthPacking, side: DoubleSide});
-  material.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, uniforms);
-    shader.vertexShader = shader.vertexShader
-        .replace('void main() {', `${pose}\nattribute vec2 thing;\nvoid main() {`)
-        .replace('#include <begin_vertex>', `
-          float since;
-          int stay = stayOf(thing, since);
-          Drifting d = driftingOf(stay, since);
-          vec3 transformed = position, facing = normal;
-          turnDrifting(stay, d, transformed, facing);
-          transformed = d.place + d.size * transformed;`);
+        .replace('#include <opaque_fragment>', round ? '#include <opaque_fragment>' : lightThrough('vec3(0.35, 0.30, 0.12)'));
   };
   return material;
 }
@@ -269,7 +249,14 @@ export function readDrift(data: ArrayBuffer): Loop {
   const root = new Group();
   root.rotation.x = -Math.PI / 2;  // from z up to y up
   const drawn: PlantMesh[] = [];
-  const shadow = shadowMaterial(pose, uniforms), size = new Vector2();
+  const size = new Vector2();
+  const shadow = shadowMaterial(uniforms, `${pose}\nattribute vec2 thing;`, `
+    float since;
+    int stay = stayOf(thing, since);
+    Drifting d = driftingOf(stay, since);
+    vec3 transformed = position, facing = normal;
+    turnDrifting(stay, d, transformed, facing);
+    transformed = d.place + d.size * transformed;`);
   materials.forEach((material, i) => {
     const mesh = new Mesh(geometryOf(header.mesh, byMaterial[i]), driftMaterial(material, form, pose, uniforms));
     mesh.customDepthMaterial = shadow;
@@ -278,8 +265,7 @@ export function readDrift(data: ArrayBuffer): Loop {
     root.add(mesh);
   });
   root.updateMatrixWorld(true);
-  const seen = header.seen.toLocaleString('en').replaceAll(',', ' ');
-  return {
+    return {
     name: header.name, facts, root, meshes: drawn, movement: new Drifts(header, uniforms),
     vertices: new PosedVertices(byMaterial.map((things) => ({vertices: header.mesh.vertices, things, width: 2})), uniforms, pose, `
       float since;
@@ -290,7 +276,7 @@ export function readDrift(data: ArrayBuffer): Loop {
       place = d.place + d.size * at;`),
     field: {
       extent: new Box3(new Vector3(low_m[0], ground_m, -high_m[1]), new Vector3(high_m[0], high_m[2], -low_m[1])),
-      textureRows: mostRows(uniforms), castsShadow: turnsOf(form), told: `${seen} ${words[form]}`,
+      textureRows: mostRows(uniforms), castsShadow: turnsOf(form), told: `${grouped(header.seen)} ${words[form]}`,
       weather: form === 'flake' ? 'snow' : form === 'drop' ? 'rain' : 'fair', view: 'through',
     },
   };

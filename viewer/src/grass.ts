@@ -3,14 +3,14 @@
 // the page holds is described in src/tremula/io/grass_page.hpp.
 import {
   Box3, BufferAttribute, Color, DoubleSide, FrontSide, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh,
-  MeshDepthMaterial, MeshStandardMaterial, PlaneGeometry, RGBADepthPacking, SRGBColorSpace, Vector2, Vector3, Vector4,
+  MeshStandardMaterial, PlaneGeometry, SRGBColorSpace, Vector2, Vector3, Vector4,
 } from 'three';
 import {
-  mostRows, PosedVertices, readBlock, texelShader, texture, travelling, travellingShader, wordsOfThings, type FieldAxes,
+  grouped, lightThrough, mostRows, PosedVertices, readBlock, shadowMaterial, texelShader, texture, travelling, travellingShader, wordsOfThings, type FieldAxes,
   type Uniforms,
 } from './block';
 import type {Facts, Loop, PlantMesh} from './loop';
-import {loadHint, type Movement, type Player, type Shape} from './movement';
+import {InFieldWind} from './movement';
 
 interface Make { response: number; lean_rad: number; per_length: number; step_rad: number }
 
@@ -224,25 +224,7 @@ function bladeMaterial(kind: Kind, uniforms: Uniforms): MeshStandardMaterial {
     shader.fragmentShader = shader.fragmentShader
         .replace('void main() {', 'varying vec3 grassTint;\nvoid main() {')
         .replace('#include <color_fragment>', 'diffuseColor.rgb *= grassTint;')
-        .replace('#include <opaque_fragment>', `
-          #if NUM_DIR_LIGHTS > 0
-            float through = max(dot(-normal, directionalLights[0].direction), 0.0);
-            outgoingLight += diffuseColor.rgb * vec3(0.40, 0.46, 0.12) * directionalLights[0].color * through;
-          #endif
-          #include <opaque_fragment>`);
-  };
-  return material;
-}
-
-function shadowMaterial(uniforms: Uniforms): MeshDepthMaterial {
-  const material = new MeshDepthMaterial({depthPacking: RGBADepthPacking, side: DoubleSide});
-  material.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, uniforms);
-    shader.vertexShader = shader.vertexShader
-        .replace('void main() {', `${poseShader}\nattribute float thing;\nvoid main() {`)
-        .replace('#include <begin_vertex>', `
-          vec3 transformed, bladeNormal;
-          poseBlade(int(thing), position, normal.xy, transformed, bladeNormal);`);
+        .replace('#include <opaque_fragment>', lightThrough('vec3(0.40, 0.46, 0.12)'));
   };
   return material;
 }
@@ -269,27 +251,6 @@ function makeSoil(header: Header, low: Vector3, high: Vector3): Mesh {
   return soil;
 }
 
-// ---- How it moves
-
-class InWind implements Movement {
-  readonly shapes: Shape[] = [];
-  readonly windLimit = 2;
-  readonly windHint = loadHint;
-
-  constructor(private readonly facts: Facts, private readonly samples: number, private readonly uniforms: Uniforms) {}
-
-  windText(wind: number): string { return `${(wind * this.facts.wind_speed_m_s).toFixed(1)} m/s`; }
-
-  shownText(): string { return ''; }
-
-  show({time, wind}: Player): number[] {
-    const periods = this.facts.period_s > 0 ? time / this.facts.period_s : 0;
-    this.uniforms.grassNow.value = (periods - Math.floor(periods)) * this.samples;
-    this.uniforms.grassLoad.value = wind * wind;
-    return [];
-  }
-}
-
 export function readGrass(data: ArrayBuffer): Loop {
   const {header, first} = readBlock<Header>(data);
   const {kinds, facts, blades: {count, low_m, step_m, first_byte}} = header;
@@ -300,7 +261,9 @@ export function readGrass(data: ArrayBuffer): Loop {
   const root = new Group();
   root.rotation.x = -Math.PI / 2;  // from z up to y up
   const meshes: PlantMesh[] = [];
-  const shadow = shadowMaterial(uniforms);
+  const shadow = shadowMaterial(uniforms, `${poseShader}\nattribute float thing;`, `
+    vec3 transformed, bladeNormal;
+    poseBlade(int(thing), position, normal.xy, transformed, bladeNormal);`);
   kinds.forEach((kind, k) => {
     if (byKind[k].length === 0) return;
     const mesh = new Mesh(geometryOf(kind, byKind[k]), bladeMaterial(kind, uniforms));
@@ -314,13 +277,16 @@ export function readGrass(data: ArrayBuffer): Loop {
   const tallest = Math.max(header.height_m, 65535 * header.blades.length_step_m);
   const extent = new Box3(new Vector3(low.x, low.z, -high.y), new Vector3(high.x, high.z + tallest, -low.y));
   return {
-    name: header.name, facts, root, meshes, movement: new InWind(facts, header.field.samples, uniforms),
+    name: header.name, facts, root, meshes, movement: new InFieldWind(facts, header.field.samples, (now, wind) => {
+      uniforms.grassNow.value = now;
+      uniforms.grassLoad.value = wind * wind;
+    }),
     vertices: new PosedVertices(kinds.map(({skin: {vertices}}, k) => ({
       vertices: vertices.map((vertex) => [...vertex.slice(0, 5), 0]), along: vertices.map((vertex) => vertex[6]),
       things: byKind[k], width: 1,
     })), uniforms, poseShader, `
       vec3 unused;
       poseBlade(int(thing), position, normal.xy, place, unused);`),
-    field: {extent, textureRows: mostRows(uniforms), castsShadow: count <= mostWithShadows, weather: 'fair', view: 'over', told: `${count.toLocaleString('en').replaceAll(',', ' ')} blades`},
+    field: {extent, textureRows: mostRows(uniforms), castsShadow: count <= mostWithShadows, weather: 'fair', view: 'over', told: `${grouped(count)} blades`},
   };
 }

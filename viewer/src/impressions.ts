@@ -4,16 +4,16 @@
 // page holds is described in src/tremula/io/impression_page.hpp.
 import {
   Box3, BufferAttribute, Color, DoubleSide, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh,
-  MeshDepthMaterial, MeshStandardMaterial, RGBADepthPacking, SRGBColorSpace, Vector2, Vector3, Vector4,
+  MeshStandardMaterial, SRGBColorSpace, Vector2, Vector3, Vector4,
 } from 'three';
 import {
-  mostRows, PosedVertices, readBlock, texelShader, texture, travelling, travellingShader, type FieldAxes, type Uniforms,
+  glslFloat as float, grouped, lightThrough, mostRows, numbersOf, PosedVertices, readBlock, shadowMaterial, texelShader,
+  texture, travelling, travellingShader, type FieldAxes, type Part, type Uniforms,
 } from './block';
 import type {Facts, Loop} from './loop';
-import {loadHint, type Movement, type Player, type Shape} from './movement';
+import {InFieldWind} from './movement';
 
 type Triple = [number, number, number];
-interface Part { count: number; first_byte: number }
 
 interface Header {
   name: string;
@@ -40,8 +40,6 @@ interface Header {
 const mostWithShadows = 1_500_000;  // triangles, which are painted twice a frame
 // Of a quadric in the texture of paint: centre and 1 for the trunk, offset, sign, rows of turn, rows of root.
 const paintTexels = 9;
-
-const float = (x: number): string => Number.isInteger(x) ? `${x}.0` : `${x}`;
 
 // paintedPlace gives a place of the resting tree in the wind: [m], z up.
 const poseShader = ({curve: {knots}}: Header): string => /* glsl */ `
@@ -255,28 +253,7 @@ function treeMaterial(header: Header, pose: string, uniforms: Uniforms): MeshSta
           // Leaves below have others between them and the sky.
           if (leafy) diffuseColor.rgb *= 1.05 + 0.45 * upwards;
           if (leafy) normal = normalize(normal + 0.9 * mat3(viewMatrix) * vec3(turned.x, turned.z, -turned.y));`)
-        .replace('#include <opaque_fragment>', `
-          #if NUM_DIR_LIGHTS > 0
-            float through = leafy ? max(dot(-normal, directionalLights[0].direction), 0.0) : 0.0;
-            outgoingLight += diffuseColor.rgb * vec3(0.40, 0.46, 0.12) * directionalLights[0].color * through;
-          #endif
-          #include <opaque_fragment>`);
-  };
-  return material;
-}
-
-function shadowMaterial(header: Header, pose: string, uniforms: Uniforms): MeshDepthMaterial {
-  const material = new MeshDepthMaterial({depthPacking: RGBADepthPacking, side: DoubleSide});
-  material.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, uniforms);
-    shader.vertexShader = shader.vertexShader
-        .replace('void main() {', `${pose}${cornerShader}\nvoid main() {`)
-        .replace('#include <begin_vertex>', 'vec3 paintedFacing, transformed = paintCorner(position, vec3(0, 0, 1), paintedFacing);');
-    shader.fragmentShader = shader.fragmentShader
-        .replace('void main() {', `${leafShader(header)}\nvoid main() {`)
-        .replace('#include <map_fragment>', `
-          Leaf leaf = leafAt(paintedAt);
-          if (paintedTrunk < 0.5 && !isThere(leaf, gardner(leaf.middle), 0.6, gl_FrontFacing)) discard;`);
+        .replace('#include <opaque_fragment>', lightThrough('float(leafy) * vec3(0.40, 0.46, 0.12)'));
   };
   return material;
 }
@@ -285,8 +262,7 @@ function shadowMaterial(header: Header, pose: string, uniforms: Uniforms): MeshD
 
 function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms {
   const {copies, sway, tremble, paint, curve, facts} = header;
-  const gusts = ({count, first_byte}: Part, width: 2 | 4): Float32Array =>
-    Float32Array.from(new Int16Array(data.slice(first + first_byte, first + first_byte + 2 * width * count)));
+  const gusts = (part: Part, width: 2 | 4): Float32Array => Float32Array.from(numbersOf(Int16Array, data, first, part, width));
   const rows = (matrix: number[]): number[] => [0, 3, 6].flatMap((i) => [...matrix.slice(i, i + 3), 0]);
   const words = paint.flatMap(({centre_m, offset_m, sign, turn, root}, i) => [
     ...centre_m, i === 0 ? 1 : 0, ...offset_m, 0, ...sign, 0, ...rows(turn), ...rows(root),
@@ -295,7 +271,7 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
   const linear = (srgb: Triple): Color => new Color().setRGB(...srgb, SRGBColorSpace);
   return {
     paintedField: {value: travelling(header.field, facts.period_s)},
-    paintedCopies: {value: texture(new Float32Array(data.slice(first + copies.first_byte, first + copies.first_byte + 32 * copies.count)), 4)},
+    paintedCopies: {value: texture(numbersOf(Float32Array, data, first, copies, 8), 4)},
     paintedSway: {value: texture(gusts(sway, 2), 2)},
     paintedTremble: {value: texture(gusts(tremble, 4), 4)},
     paintedPaint: {value: texture(Float32Array.from(words), 4)},
@@ -310,43 +286,25 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
   };
 }
 
-class InWind implements Movement {
-  readonly shapes: Shape[] = [];
-  readonly windLimit = 2;
-  readonly windHint = loadHint;
-
-  constructor(private readonly header: Header, private readonly uniforms: Uniforms) {}
-
-  windText(wind: number): string { return `${(wind * this.header.facts.wind_speed_m_s).toFixed(1)} m/s`; }
-
-  shownText(): string { return ''; }
-
-  show({time, wind}: Player): number[] {
-    const {facts: {period_s: period}, field} = this.header, periods = period > 0 ? time / period : 0;
-    this.uniforms.paintedNow.value = (periods - Math.floor(periods)) * field.samples;
-    this.uniforms.paintedWind.value = wind;
-    return [];
-  }
-}
-
 export function readImpressions(data: ArrayBuffer): Loop {
   const {header, first} = readBlock<Header>(data);
   const {copies, positions, normals, quadrics, triangles, facts, low_m, high_m} = header;
   const uniforms = uniformsOf(header, data, first), pose = poseShader(header);
-  const numbers = ({first_byte}: Part, length: number): ArrayBuffer => data.slice(first + first_byte, first + first_byte + 4 * length);
-  const position = new Float32Array(numbers(positions, 3 * positions.count));
-  const normal = new Float32Array(numbers(normals, 3 * normals.count));
+  const position = numbersOf(Float32Array, data, first, positions, 3), normal = numbersOf(Float32Array, data, first, normals, 3);
   const things = Float32Array.from({length: copies.count}, (_, i) => i);
 
   const geometry = new InstancedBufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(position, 3));
   geometry.setAttribute('normal', new BufferAttribute(normal, 3));
-  geometry.setAttribute('quadric', new BufferAttribute(Float32Array.from(new Uint32Array(numbers(quadrics, quadrics.count))), 1));
+  geometry.setAttribute('quadric', new BufferAttribute(Float32Array.from(numbersOf(Uint32Array, data, first, quadrics)), 1));
   geometry.setAttribute('thing', new InstancedBufferAttribute(things, 1));
-  geometry.setIndex(new BufferAttribute(new Uint32Array(numbers(triangles, 3 * triangles.count)), 1));
+  geometry.setIndex(new BufferAttribute(numbersOf(Uint32Array, data, first, triangles, 3), 1));
   geometry.instanceCount = copies.count;
   const mesh = new Mesh(geometry, treeMaterial(header, pose, uniforms));
-  mesh.customDepthMaterial = shadowMaterial(header, pose, uniforms);
+  mesh.customDepthMaterial = shadowMaterial(uniforms, `${pose}${cornerShader}`, `
+    vec3 facing, transformed = paintCorner(position, vec3(0, 0, 1), facing);`, leafShader(header), `
+    Leaf leaf = leafAt(paintedAt);
+    if (paintedTrunk < 0.5 && !isThere(leaf, gardner(leaf.middle), 0.6, gl_FrontFacing)) discard;`);
   const root = new Group();
   root.rotation.x = -Math.PI / 2;  // from z up to y up
   root.add(mesh);
@@ -354,9 +312,11 @@ export function readImpressions(data: ArrayBuffer): Loop {
 
   const extent = new Box3(new Vector3(low_m[0], low_m[2], -high_m[1]), new Vector3(high_m[0], high_m[2], -low_m[1]));
   const size = extent.getSize(new Vector3()), wide = Math.max(size.x, size.z) > 2.5 * size.y;
-  const count = copies.count.toLocaleString('en').replaceAll(',', ' ');
   return {
-    name: header.name, facts, root, meshes: [mesh], movement: new InWind(header, uniforms),
+    name: header.name, facts, root, meshes: [mesh], movement: new InFieldWind(facts, header.field.samples, (now, wind) => {
+      uniforms.paintedNow.value = now;
+      uniforms.paintedWind.value = wind;
+    }),
     vertices: new PosedVertices([{
       vertices: Array.from({length: positions.count}, (_, i) => [...position.subarray(3 * i, 3 * i + 3), ...normal.subarray(3 * i, 3 * i + 3)]),
       things, width: 1,
@@ -365,7 +325,7 @@ export function readImpressions(data: ArrayBuffer): Loop {
       place = paintedPlace(paintedOf(thing), position, rise);`),
     field: {
       extent, textureRows: mostRows(uniforms), castsShadow: triangles.count * copies.count <= mostWithShadows,
-      weather: 'fair', view: wide ? 'over' : 'beside', told: copies.count === 1 ? '1 painted tree' : `${count} painted trees`,
+      weather: 'fair', view: wide ? 'over' : 'beside', told: copies.count === 1 ? '1 painted tree' : `${grouped(copies.count)} painted trees`,
     },
   };
 }

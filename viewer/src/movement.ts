@@ -1,4 +1,5 @@
 // How the plant of a page moves, whatever it moves by: what the controls and the picture need to know of it.
+import type {Facts} from './loop';
 
 // lean: under the mean wind; mode; static: what stands for the modes left out.
 export interface Shape {
@@ -25,8 +26,26 @@ export interface Movement {
   show(player: Player): number[];
 }
 
-// Of what answers the wind by a field that was made for one.
-export const loadHint = 'Loads grow with the square of the wind speed, and so do lean and swaying here; the frequencies stay, and how fast gusts travel.';
+// What looks its motion up in a field that was made for one wind. `set` tells the graphics card how many samples into the
+// loop it is, and how strong the wind is.
+export class InFieldWind implements Movement {
+  readonly shapes: Shape[] = [];
+  readonly windLimit = 2;
+  readonly windHint = 'Loads grow with the square of the wind speed, and so do lean and swaying here; the frequencies stay, and how fast gusts travel.';
+
+  constructor(private readonly facts: Facts, private readonly samples: number,
+              private readonly set: (now: number, wind: number) => void, private readonly shown = '') {}
+
+  windText(wind: number): string { return `${(wind * this.facts.wind_speed_m_s).toFixed(1)} m/s`; }
+
+  shownText(): string { return this.shown; }
+
+  show({time, wind}: Player): number[] {
+    const periods = this.facts.period_s > 0 ? time / this.facts.period_s : 0;
+    this.set((periods - Math.floor(periods)) * this.samples, wind);
+    return [];
+  }
+}
 
 // Row `time` of a table whose rows are a loop, linear between them. The loop goes on before its begin and after its
 // end; a clip that does not repeat ends with its last row. `times` are those of the rows, the last one the period.

@@ -2,17 +2,15 @@
 // with its plant. The shader does what bent_point (src/tremula/deformation/bent_space.hpp) does; what the page holds is
 // described in src/tremula/io/volume_page.hpp.
 import {
-  Box3, BufferAttribute, Color, DataTexture, DoubleSide, Group, InstancedBufferAttribute, InstancedBufferGeometry,
-  Mesh, MeshDepthMaterial, MeshStandardMaterial, PlaneGeometry, RedFormat, RGBADepthPacking, Vector2, Vector3,
-  type WebGLRenderer,
+  Box3, BufferAttribute, Color, DataTexture, DoubleSide, Group, InstancedBufferAttribute, InstancedBufferGeometry, Mesh,
+  MeshStandardMaterial, PlaneGeometry, RedFormat, Vector2, Vector3, type WebGLRenderer,
 } from 'three';
 import {
-  mostRows, PosedVertices, readBlock, texelShader, texture, travelling, travellingShader, type FieldAxes, type Uniforms,
+  glslFloat as float, grouped, lightThrough, mostRows, numbersOf, PosedVertices, readBlock, shadowMaterial, texelShader,
+  texture, travelling, travellingShader, type FieldAxes, type Part, type Uniforms,
 } from './block';
 import type {Facts, Loop, PlantMesh} from './loop';
-import {loadHint, type Movement, type Player, type Shape} from './movement';
-
-interface Part { count: number; first_byte: number }
+import {InFieldWind} from './movement';
 
 interface Header {
   name: string;
@@ -34,8 +32,6 @@ interface Header {
 }
 
 const mostWithShadows = 800_000;  // triangles, which are bent twice a frame
-
-const float = (x: number): string => Number.isInteger(x) ? `${x}.0` : `${x}`;
 
 // Gauss and Legendre's four points between 0 and 1.
 const quadrature = [0.3399810435848563, 0.8611363115940526].flatMap((x, i) => {
@@ -146,25 +142,7 @@ function strandMaterial(header: Header, pose: string, uniforms: Uniforms): MeshS
     shader.fragmentShader = shader.fragmentShader
         .replace('void main() {', 'varying vec3 strandColor;\nvoid main() {')
         .replace('#include <color_fragment>', '#include <color_fragment>\ndiffuseColor.rgb *= strandColor;')
-        .replace('#include <opaque_fragment>', `
-          #if NUM_DIR_LIGHTS > 0
-            float through = max(dot(-normal, directionalLights[0].direction), 0.0);
-            outgoingLight += ${float(header.translucent)} * diffuseColor.rgb * vec3(0.9, 1.0, 0.3) * directionalLights[0].color * through;
-          #endif
-          #include <opaque_fragment>`);
-  };
-  return material;
-}
-
-function shadowMaterial(pose: string, uniforms: Uniforms): MeshDepthMaterial {
-  const material = new MeshDepthMaterial({depthPacking: RGBADepthPacking, side: DoubleSide});
-  material.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, uniforms);
-    shader.vertexShader = shader.vertexShader
-        .replace('void main() {', `${pose}${cornerShader}\nvoid main() {`)
-        .replace('#include <begin_vertex>', `
-          vec3 facing, eye = vec3(cameraPosition.x, -cameraPosition.z, cameraPosition.y);
-          vec3 transformed = ribbonCorner(position, eye, 0.0, facing);`);
+        .replace('#include <opaque_fragment>', lightThrough(`${float(header.translucent)} * vec3(0.9, 1.0, 0.3)`));
   };
   return material;
 }
@@ -211,36 +189,14 @@ function patchOf(strands: Float32Array, points: Float32Array, squares: Float32Ar
   return {vertices, geometry, triangles: index.length / 3 * squares.length / 2};
 }
 
-class InWind implements Movement {
-  readonly shapes: Shape[] = [];
-  readonly windLimit = 2;
-  readonly windHint = loadHint;
-
-  constructor(private readonly header: Header, private readonly uniforms: Uniforms) {}
-
-  windText(wind: number): string { return `${(wind * this.header.facts.wind_speed_m_s).toFixed(1)} m/s`; }
-
-  shownText(): string {
-    return this.header.share < 1 ? `${(100 * this.header.share).toPrecision(2)} % of the strands, as much wider` : '';
-  }
-
-  show({time, wind}: Player): number[] {
-    const {facts: {period_s: period}, field} = this.header, periods = period > 0 ? time / period : 0;
-    this.uniforms.strandNow.value = (periods - Math.floor(periods)) * field.samples;
-    this.uniforms.strandLoad.value = wind * wind;
-    return [];
-  }
-}
-
 function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms {
-  const {tallness: {columns, rows, spacing_m, first_byte, count}, sway} = header;
-  const tallness = new DataTexture(new Uint8Array(data.slice(first + first_byte, first + first_byte + count)), columns, rows, RedFormat);
+  const {tallness: {columns, rows, spacing_m}, sway} = header;
+  const tallness = new DataTexture(numbersOf(Uint8Array, data, first, header.tallness), columns, rows, RedFormat);
   tallness.unpackAlignment = 1;
   tallness.needsUpdate = true;
-  const gusts = new Int16Array(data.slice(first + sway.first_byte, first + sway.first_byte + 4 * sway.count));
   return {
     strandField: {value: travelling(header.field, header.facts.period_s)},
-    strandSway: {value: texture(Float32Array.from(gusts), 2)},
+    strandSway: {value: texture(Float32Array.from(numbersOf(Int16Array, data, first, sway, 2)), 2)},
     strandTallness: {value: tallness},
     strandLow: {value: new Vector2(...header.low_m)},
     strandHigh: {value: new Vector2(...header.high_m)},
@@ -256,15 +212,17 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
 
 export function readVolume(data: ArrayBuffer): Loop {
   const {header, first} = readBlock<Header>(data);
-  const {patches, squares, points, strands, low_m, high_m, ground_m, height_m, facts} = header;
+  const {patches, squares, points, strands, low_m, high_m, ground_m, height_m, facts, share} = header;
   const uniforms = uniformsOf(header, data, first), pose = poseShader(header);
-  const floats = ({count, first_byte}: Part, width: number): Float32Array =>
-    new Float32Array(data.slice(first + first_byte, first + first_byte + 4 * width * count));
+  const floats = (part: Part, width: number): Float32Array => numbersOf(Float32Array, data, first, part, width);
   const allPoints = floats(points, 4), allStrands = floats(strands, 8), allSquares = floats(squares, 4);
 
   const root = new Group();
   root.rotation.x = -Math.PI / 2;  // from z up to y up
-  const meshes: PlantMesh[] = [], shadow = shadowMaterial(pose, uniforms), size = new Vector2();
+  const meshes: PlantMesh[] = [], size = new Vector2();
+  const shadow = shadowMaterial(uniforms, `${pose}${cornerShader}`, `
+    vec3 facing, eye = vec3(cameraPosition.x, -cameraPosition.z, cameraPosition.y);
+    vec3 transformed = ribbonCorner(position, eye, 0.0, facing);`);
   const material = strandMaterial(header, pose, uniforms);
   const made = patches.map(({first_strand, strands: count}, variant) => {
     const places = [...Array(squares.count).keys()].filter((i) => allSquares[4 * i + 2] === variant)
@@ -279,9 +237,8 @@ export function readVolume(data: ArrayBuffer): Loop {
     meshes.push(mesh);
     root.add(mesh);
   }
-  const first_color = colorOf(allStrands[5]);
   const soil = new Mesh(new PlaneGeometry(high_m[0] - low_m[0], high_m[1] - low_m[1]),
-                        new MeshStandardMaterial({color: new Color(...first_color).multiplyScalar(0.35), roughness: 1}));
+                        new MeshStandardMaterial({color: new Color(...colorOf(allStrands[5])).multiplyScalar(0.35), roughness: 1}));
   soil.position.set((low_m[0] + high_m[0]) / 2, (low_m[1] + high_m[1]) / 2, ground_m + 1e-3 * height_m);
   soil.receiveShadow = true;
   root.add(soil);
@@ -289,14 +246,17 @@ export function readVolume(data: ArrayBuffer): Loop {
 
   const triangles = made.reduce((sum, patch) => sum + patch.triangles, 0);
   return {
-    name: header.name, facts, root, meshes, movement: new InWind(header, uniforms),
+    name: header.name, facts, root, meshes, movement: new InFieldWind(facts, header.field.samples, (now, wind) => {
+      uniforms.strandNow.value = now;
+      uniforms.strandLoad.value = wind * wind;
+    }, share < 1 ? `${(100 * share).toPrecision(2)} % of the strands, as much wider` : ''),
     vertices: new PosedVertices(made.map(({vertices, geometry}) => ({
       vertices, things: geometry.getAttribute('thing').array as Float32Array, width: 2,
     })), uniforms, pose, 'bool stands; vec3 along = vec3(0, 0, 1); place = bentPlace(thing, position, normal, along, stands);'),
     field: {
       extent: new Box3(new Vector3(low_m[0], ground_m, -high_m[1]), new Vector3(high_m[0], ground_m + height_m, -low_m[1])),
       textureRows: mostRows(uniforms), castsShadow: triangles <= mostWithShadows, weather: 'fair', view: 'over',
-      told: `${header.shown.toLocaleString('en').replaceAll(',', ' ')} strands`,
+      told: `${grouped(header.shown)} strands`,
     },
   };
 }

@@ -21,6 +21,36 @@ const pictureAt = (time) => {
   window.tremula.setTime(time);
   return document.querySelector('canvas').toDataURL();
 };
+const grouped = (count) => count.toLocaleString('en').replaceAll(',', ' ');
+
+// What is to be seen on a page that nobody plays; it complains of nothing and asks for nothing else.
+async function onPage(browser, html, viewport, look) {
+  const {page, complaints, requests} = await openPage(browser, {viewport, reducedMotion: 'reduce'});
+  const url = pathToFileURL(html).href;
+  await page.goto(url);
+  await page.evaluate(() => window.tremula.ready);
+  await look(page);
+  assert.deepEqual(complaints, []);
+  assert.deepEqual(requests, [url]);
+  await page.close();
+}
+
+// The picture at its begin, which is that at its end and none between.
+async function firstOfLoop(page, period, screenshot) {
+  const first = await page.evaluate(pictureAt, 0);
+  assert.equal(await page.evaluate(pictureAt, period), first);
+  assert.notEqual(await page.evaluate(pictureAt, 0.37 * period), first);
+  await page.screenshot({path: screenshotPath(screenshot)});
+  return first;
+}
+
+async function standsStillInStillAir(page, inWind) {
+  await setSlider(page, 'wind', 0);
+  const still = await page.evaluate(pictureAt, 0);
+  assert.equal(await page.evaluate(pictureAt, 2.2), still);
+  assert.notEqual(still, inWind);
+}
+
 const setSlider = (page, id, value) => page.locator(`#${id}`).fill(String(value));
 
 describe('the page', needsBrowser, () => {
@@ -260,107 +290,65 @@ describe('the page', needsBrowser, () => {
   for (const [species, half] of [['rice', 0.4], ['moss', 0.02], ['fur', 0.02]]) {
     test(`${species} as strands sways, closes, and stands still in still air`, async () => {
       const {html, report} = animateVolume(species, half);
-      const {page, complaints, requests} = await openPage(browser, {viewport: {width: 300, height: 210}, reducedMotion: 'reduce'});
-      const url = pathToFileURL(html).href;
-      await page.goto(url);
-      await page.evaluate(() => window.tremula.ready);
-      const strands = report.page.strands.toLocaleString('en').replaceAll(',', ' ');
-      assert.equal(await page.locator('#facts').textContent(), `6 s loop · ${strands} strands`);
-      const first = await page.evaluate(pictureAt, 0);
-      assert.equal(await page.evaluate(pictureAt, 6), first);
-      assert.notEqual(await page.evaluate(pictureAt, 2.2), first);
-      await page.screenshot({path: screenshotPath(`strands-${species}`)});
-      await setSlider(page, 'wind', 0);
-      const still = await page.evaluate(pictureAt, 0);
-      assert.equal(await page.evaluate(pictureAt, 2.2), still);
-      assert.notEqual(still, first);
-      assert.deepEqual(complaints, []);
-      assert.deepEqual(requests, [url]);
-      await page.close();
+      await onPage(browser, html, {width: 300, height: 210}, async (page) => {
+        assert.equal(await page.locator('#facts').textContent(), `6 s loop · ${grouped(report.page.strands)} strands`);
+        const first = await firstOfLoop(page, 6, `strands-${species}`);
+        await standsStillInStillAir(page, first);
+      });
     });
   }
 
   for (const shape of ['oak', 'pine']) {
     test(`painted trees (${shape}) sway, close, and stand still in still air`, async () => {
       const {html, report} = animateImpressions(shape);
-      const {page, complaints, requests} = await openPage(browser, {viewport: {width: 360, height: 250}, reducedMotion: 'reduce'});
-      const url = pathToFileURL(html).href;
-      await page.goto(url);
-      await page.evaluate(() => window.tremula.ready);
-      assert.equal(report.page.trees, 4);
-      assert.equal(await page.evaluate(() => window.tremula.vertexCount), report.page.vertices);
-      assert.equal(await page.locator('#facts').textContent(), '6 s loop · 4 painted trees');
-      const first = await page.evaluate(pictureAt, 0);
-      assert.equal(await page.evaluate(pictureAt, 6), first);
-      assert.notEqual(await page.evaluate(pictureAt, 2.2), first);
-      await page.screenshot({path: screenshotPath(`painted-${shape}`)});
-      await setSlider(page, 'wind', 0);
-      const still = await page.evaluate(pictureAt, 0);
-      assert.equal(await page.evaluate(pictureAt, 2.2), still);
-      assert.notEqual(still, first);
-      assert.deepEqual(complaints, []);
-      assert.deepEqual(requests, [url]);
-      await page.close();
+      await onPage(browser, html, {width: 360, height: 250}, async (page) => {
+        assert.equal(report.page.trees, 4);
+        assert.equal(await page.evaluate(() => window.tremula.vertexCount), report.page.vertices);
+        assert.equal(await page.locator('#facts').textContent(), '6 s loop · 4 painted trees');
+        const first = await firstOfLoop(page, 6, `painted-${shape}`);
+        await standsStillInStillAir(page, first);
+      });
     });
   }
 
   for (const kind of ['snow', 'rain', 'leaves', 'seeds']) {
     test(`${kind} drifts, closes, and offers no other wind`, async () => {
       const {html, report} = animateDrift(kind);
-      const {page, complaints, requests} = await openPage(browser, {viewport: {width: 600, height: 420}, reducedMotion: 'reduce'});
-      const url = pathToFileURL(html).href;
-      await page.goto(url);
-      await page.evaluate(() => window.tremula.ready);
-      const told = {snow: 'flakes', rain: 'drops', leaves: 'leaves', seeds: 'seeds'}[kind];
-      assert.ok(report.page.seen > 100, `${report.page.seen}`);
-      const seen = Math.round(report.page.seen).toLocaleString('en').replaceAll(',', ' ');
-      assert.equal(await page.locator('#facts').textContent(), `6 s loop · ${seen} ${told}`);
-      assert.equal(await page.locator('#shown').textContent(), 'in the wind of 6.0 m/s, which made these paths');
-      assert.ok(await page.locator('#wind').isHidden());
-      assert.ok(await page.locator('#modes').isHidden());
-      const first = await page.evaluate(pictureAt, 0);
-      assert.equal(await page.evaluate(pictureAt, 6), first);
-      assert.notEqual(await page.evaluate(pictureAt, 2.2), first);
-      await page.screenshot({path: screenshotPath(kind)});
-      assert.deepEqual(complaints, []);
-      assert.deepEqual(requests, [url]);
-      await page.close();
+      await onPage(browser, html, {width: 600, height: 420}, async (page) => {
+        const told = {snow: 'flakes', rain: 'drops', leaves: 'leaves', seeds: 'seeds'}[kind];
+        assert.ok(report.page.seen > 100, `${report.page.seen}`);
+        assert.equal(await page.locator('#facts').textContent(), `6 s loop · ${grouped(Math.round(report.page.seen))} ${told}`);
+        assert.equal(await page.locator('#shown').textContent(), 'in the wind of 6.0 m/s, which made these paths');
+        assert.ok(await page.locator('#wind').isHidden());
+        assert.ok(await page.locator('#modes').isHidden());
+        await firstOfLoop(page, 6, kind);
+      });
     });
   }
 
   test('a meadow moves, closes, and stands upright in still air', async () => {
     const {html, report} = animateField('meadow');
-    const {page, complaints, requests} = await openPage(browser, {viewport: {width: 600, height: 420}, reducedMotion: 'reduce'});
-    const url = pathToFileURL(html).href;
-    await page.goto(url);
-    await page.evaluate(() => window.tremula.ready);
-    await page.evaluate(() => window.tremula.pause());
-    const blades = report.page.blades;
-    assert.ok(blades > 1000, `${blades} blades`);
-    assert.equal(await page.evaluate(() => window.tremula.vertexCount), report.page.vertices);
-    assert.equal(await page.locator('#facts').textContent(),
-                 `6 s loop · ${blades.toLocaleString('en').replaceAll(',', ' ')} blades`);
-    assert.ok(await page.locator('#modes').isHidden());
-    const period = await page.evaluate(() => window.tremula.period);
-    const first = await page.evaluate(pictureAt, 0);
-    assert.equal(await page.evaluate(pictureAt, period), first);
-    assert.notEqual(await page.evaluate(pictureAt, 0.37 * period), first);
-    await page.screenshot({path: screenshotPath('meadow')});
+    await onPage(browser, html, {width: 600, height: 420}, async (page) => {
+      await page.evaluate(() => window.tremula.pause());
+      const blades = report.page.blades;
+      assert.ok(blades > 1000, `${blades} blades`);
+      assert.equal(await page.evaluate(() => window.tremula.vertexCount), report.page.vertices);
+      assert.equal(await page.locator('#facts').textContent(), `6 s loop · ${grouped(blades)} blades`);
+      assert.ok(await page.locator('#modes').isHidden());
+      await firstOfLoop(page, await page.evaluate(() => window.tremula.period), 'meadow');
 
-    // Without wind no time changes anything; more wind bends more.
-    const some = Array.from({length: 30}, (_, i) => Math.floor((i + 0.5) * report.page.vertices / 30));
-    const at = async (wind, time) => {
-      await setSlider(page, 'wind', wind);
-      return page.evaluate(positionsAt, [time, some]);
-    };
-    const still = await at(0, 1);
-    assert.deepEqual(await at(0, 3), still);
-    const bend = async (wind) => (await at(wind, 1)).reduce((sum, p, i) => sum + distance(p, still[i]), 0);
-    const usual = await bend(1);
-    assert.ok(usual > 0 && await bend(2) > usual);
-    assert.deepEqual(complaints, []);
-    assert.deepEqual(requests, [url]);
-    await page.close();
+      // Without wind no time changes anything; more wind bends more.
+      const some = Array.from({length: 30}, (_, i) => Math.floor((i + 0.5) * report.page.vertices / 30));
+      const at = async (wind, time) => {
+        await setSlider(page, 'wind', wind);
+        return page.evaluate(positionsAt, [time, some]);
+      };
+      const still = await at(0, 1);
+      assert.deepEqual(await at(0, 3), still);
+      const bend = async (wind) => (await at(wind, 1)).reduce((sum, p, i) => sum + distance(p, still[i]), 0);
+      const usual = await bend(1);
+      assert.ok(usual > 0 && await bend(2) > usual);
+    });
   });
 
   test('the controls do what they say', async () => {

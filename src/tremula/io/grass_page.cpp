@@ -181,17 +181,6 @@ void add_kinds(const GrassInWind& grass, Json& document, std::string& bytes) {
   document["kinds"] = std::move(kinds);
 }
 
-Json field_json(const GrassInWind& grass) {
-  for (const double number : {grass.heading, grass.speed, grass.plane.first_column, grass.plane.spacing})
-    check_finite("page: field", number);
-  return {{"samples", grass.loop.sample_count},
-          {"columns", grass.plane.columns},
-          {"first_column_m", grass.plane.first_column},
-          {"spacing_m", grass.plane.spacing},
-          {"heading_deg", grass.heading},
-          {"gust_speed_m_s", grass.speed}};
-}
-
 }  // namespace
 
 void check_blades_of_page(std::size_t count) {
@@ -205,7 +194,7 @@ std::string encode_grass(const GrassInWind& grass, const LoopFacts& facts) {
   Json document = {{"name", facts.name},
                    {"facts", facts_json(facts, grass.loop.period)},
                    {"height_m", grass.meadow.height},
-                   {"field", field_json(grass)}};
+                   {"field", axes_json(grass.loop, grass.plane, grass.heading, grass.speed)}};
   std::string numbers;
   add_blades(grass.meadow, document, numbers);
   add_kinds(grass, document, numbers);

@@ -2,7 +2,6 @@
 
 #include "tremula/base/error.hpp"
 #include "tremula/geometry/quadric_mesh.hpp"
-#include "tremula/io/finite.hpp"
 #include "tremula/io/html.hpp"
 #include "tremula/io/page_block.hpp"
 
@@ -34,18 +33,11 @@ Json rows(const Matrix& m) {
   return list;
 }
 
-void append_part(Json& document, const char* name, std::string& bytes, const auto& values,
-                 std::size_t count) {
-  document[name] = {{"count", count}, {"first_byte", bytes.size()}};
-  append_numbers(bytes, values);
-}
-
 // (vectors x 3)
 std::vector<float> flat(const std::vector<Eigen::Vector3f>& vectors) {
   std::vector<float> values;
   values.reserve(3 * vectors.size());
   for (const Eigen::Vector3f& v : vectors) values.insert(values.end(), v.data(), v.data() + 3);
-  check_finite("page: impressionist trees", std::span<const float>(values));
   return values;
 }
 
@@ -70,8 +62,7 @@ void add_motion(const ImpressionMotion& motion, Json& document, std::string& byt
   for (const TravellingField* each : {sway, tremble}) {
     if (each != nullptr) check_field(*each, field);
   }
-  document["field"] = axes_json(field);
-  document["field"]["heading_deg"] = motion.heading;
+  document["field"] = axes_json(field.loop, field.plane, motion.heading, field.speed);
   append_field(sway != nullptr ? *sway : still, 2, "sway", document, bytes);
   append_field(tremble != nullptr ? *tremble : still, 4, "tremble", document, bytes);
   const TrunkCurve curve = trunk_curve(motion);
@@ -90,15 +81,14 @@ void add_copies(const std::vector<Instance>& instances, Json& document, std::str
       words.push_back(static_cast<float>(word));
     words.push_back(texture_shift(i));
   }
-  check_finite("page: impressionist trees", std::span<const float>(words));
-  append_part(document, "copies", bytes, words, instances.size());
+  append_part(words, 8, "copies", document, bytes);
 }
 
 void add_mesh(const ImpressionMesh& mesh, Json& document, std::string& bytes) {
-  append_part(document, "positions", bytes, flat(mesh.positions), mesh.positions.size());
-  append_part(document, "normals", bytes, flat(mesh.normals), mesh.normals.size());
-  append_part(document, "quadrics", bytes, mesh.quadric, mesh.quadric.size());
-  append_part(document, "triangles", bytes, mesh.triangles, mesh.triangles.size() / 3);
+  append_part(flat(mesh.positions), 3, "positions", document, bytes);
+  append_part(flat(mesh.normals), 3, "normals", document, bytes);
+  append_part(mesh.quadric, 1, "quadrics", document, bytes);
+  append_part(mesh.triangles, 3, "triangles", document, bytes);
 }
 
 void add_paint(const ImpressionistTree& tree, Json& document) {

@@ -1,11 +1,8 @@
 #include "tremula/io/page_block.hpp"
 
-#include "tremula/io/finite.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <span>
 
 namespace tremula {
 
@@ -18,13 +15,12 @@ nlohmann::ordered_json facts_json(const LoopFacts& facts, double period) {
           {"frequencies_hz", nlohmann::ordered_json::array()}};
 }
 
-nlohmann::ordered_json axes_json(const TravellingField& field) {
-  return {{"samples", field.loop.sample_count},
-          {"columns", field.plane.columns},
-          {"first_column_m", field.plane.first_column},
-          {"spacing_m", field.plane.spacing},
-          {"heading_deg", field.heading},
-          {"gust_speed_m_s", field.speed}};
+nlohmann::ordered_json axes_json(const TimeAxis& loop, const FieldPlane& plane, double heading,
+                                 double speed) {
+  for (const double number : {heading, speed, plane.first_column, plane.spacing})
+    check_finite("page: field", number);
+  return {{"samples", loop.sample_count}, {"columns", plane.columns}, {"first_column_m", plane.first_column},
+          {"spacing_m", plane.spacing},   {"heading_deg", heading},   {"gust_speed_m_s", speed}};
 }
 
 void append_field(const TravellingField& field, std::size_t kept, const char* name,
@@ -44,8 +40,8 @@ void append_field(const TravellingField& field, std::size_t kept, const char* na
       numbers.push_back(static_cast<std::int16_t>(std::lround(steps)));
     }
   }
-  document[name] = {{"count", field.values.size()}, {"first_byte", bytes.size()}, {"step_m", step}};
-  append_numbers(bytes, numbers);
+  append_part(numbers, kept, name, document, bytes);
+  document[name]["step_m"] = step;
 }
 
 std::string page_block(std::string_view letters, const nlohmann::ordered_json& document,

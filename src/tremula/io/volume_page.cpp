@@ -71,24 +71,13 @@ float packed(const Vector3f& color) {
   return static_cast<float>(word);
 }
 
-Json part_of(const std::string& bytes, std::size_t count) {
-  return {{"count", count}, {"first_byte", bytes.size()}};
-}
-
-void add_floats(Json& document, const char* name, const std::vector<float>& values, std::size_t width,
-                std::string& bytes) {
-  check_finite("page: volume", std::span<const float>(values));
-  document[name] = part_of(bytes, values.size() / width);
-  append_numbers(bytes, values);
-}
-
 void add_squares(const StrandField& field, Json& document, std::string& bytes) {
   std::vector<float> values;
   for (const PatchSquare& square : squares_of(field)) {
     values.insert(values.end(),
                   {square.corner.x(), square.corner.y(), static_cast<float>(square.variant), 0});
   }
-  add_floats(document, "squares", values, 4, bytes);
+  append_part(values, 4, "squares", document, bytes);
 }
 
 void add_strands(const StrandField& field, double share, Json& document, std::string& bytes) {
@@ -112,8 +101,8 @@ void add_strands(const StrandField& field, double share, Json& document, std::st
     }
   }
   document["patches"] = std::move(patches);
-  add_floats(document, "points", points, 4, bytes);
-  add_floats(document, "strands", strands, 8, bytes);
+  append_part(points, 4, "points", document, bytes);
+  append_part(strands, 8, "strands", document, bytes);
 }
 
 void add_tallness(const StrandField& field, Json& document, std::string& bytes) {
@@ -130,17 +119,16 @@ void add_tallness(const StrandField& field, Json& document, std::string& bytes) 
     check_finite("page: volume", tall);
     values[i] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(tall, 0.0, 1.0)));
   }
-  document["tallness"] = part_of(bytes, values.size());
+  append_part(values, 1, "tallness", document, bytes);
   document["tallness"].update({{"columns", columns}, {"rows", rows}, {"spacing_m", spacing}});
-  values.resize((values.size() + 3) / 4 * 4, 0);
-  append_numbers(bytes, values);
+  bytes.resize((bytes.size() + 3) / 4 * 4, 0);
 }
 
 void add_sway(const CanopySway& sway, Json& document, std::string& bytes) {
   const TravellingField& field = sway.field;
   const Vec3 lean = 0.5 * mean_at(field, field.ground + sway.height);
   check_finite("page: volume", std::span<const double>(lean.data(), 3));
-  document["field"] = axes_json(field);
+  document["field"] = axes_json(field.loop, field.plane, field.heading, field.speed);
   append_field(field, 2, "sway", document, bytes);
   document["sway"]["lean_m"] = {lean.x(), lean.y()};
 }
