@@ -4,7 +4,7 @@ import {hasLetters} from './block';
 import {readDrift} from './drift';
 import {readGrass} from './grass';
 import {readImpressions} from './impressions';
-import {readLoop, unpack, type Loop} from './loop';
+import {readLoop, unpack, type Loop, type PlantMesh} from './loop';
 import {dress} from './materials';
 import type {Player} from './movement';
 import {Panel} from './panel';
@@ -16,6 +16,7 @@ interface Tremula {
   ready: Promise<void>;
   period: number;
   vertexCount: number;
+  meshes: PlantMesh[];
   setTime(seconds: number): void;
   pause(): void;
   vertex(index: number): [number, number, number];  // in the frame on the screen
@@ -75,6 +76,7 @@ async function start(): Promise<void> {
   Object.assign(window.tremula, {
     period,
     vertexCount: vertices.count,
+    meshes: loop.meshes,
     setTime: (seconds: number) => { player.time = seconds; draw(); },
     pause: () => { player.playing = false; draw(); },
     vertex: (index: number) => {

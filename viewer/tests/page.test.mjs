@@ -23,6 +23,39 @@ const pictureAt = (time) => {
 };
 const grouped = (count) => count.toLocaleString('en').replaceAll(',', ' ');
 
+// Two triangles from one point of a strand to the next, which meet in a diagonal: everything else is torn.
+const piecesOfRibbons = () => {
+  const torn = [];
+  let pieces = 0;
+  for (const {geometry: {index: {array: index}, attributes: {position, tangent, plant}}} of window.tremula.meshes) {
+    const read = (attribute, corner) => [0, 1, 2].map((i) => attribute.array[attribute.itemSize * corner + i]);
+    const side = (corner) => Math.sign(tangent.array[4 * corner + 3]);
+    const apart = (a, b) => a.map((x, i) => b[i] - x);
+    const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
+    const byPoints = new Map();
+    for (let i = 0; i < index.length; i += 3) {
+      const corners = [...index.subarray(i, i + 3)], points = [...new Set(corners.map((c) => c >> 1))].sort((a, b) => a - b);
+      byPoints.set(`${points}`, [...(byPoints.get(`${points}`) ?? []), corners]);
+    }
+    const reached = new Set();
+    for (const [key, triangles] of byPoints) {
+      const [first, second] = key.split(',').map(Number), shared = triangles[0].filter((c) => triangles[1]?.includes(c));
+      const alone = triangles.flat().filter((c) => !shared.includes(c));
+      const way = apart(read(position, 2 * first), read(position, 2 * second));
+      const whole = second === first + 1 && triangles.length === 2 && shared.length === 2 &&
+          alone[0] >> 1 !== alone[1] >> 1 && side(alone[0]) !== side(alone[1]) && side(shared[0]) !== side(shared[1]) &&
+          `${read(plant, 2 * first)}` === `${read(plant, 2 * second)}` &&
+          dot(way, read(tangent, 2 * first)) > 0 && dot(way, read(tangent, 2 * second)) > 0;
+      if (!whole && torn.length < 5) torn.push(`${key}: ${triangles.join(' and ')}`);
+      reached.add(first).add(second);
+      ++pieces;
+    }
+    for (let point = 0; point < position.count / 2; ++point)
+      if (!reached.has(point) && torn.length < 5) torn.push(`${point} is reached by none`);
+  }
+  return {pieces, torn};
+};
+
 // What is to be seen on a page that nobody plays; it complains of nothing and asks for nothing else.
 async function onPage(browser, html, viewport, look) {
   const {page, complaints, requests} = await openPage(browser, {viewport, reducedMotion: 'reduce'});
@@ -292,6 +325,9 @@ describe('the page', needsBrowser, () => {
       const {html, report} = animateVolume(species, half);
       await onPage(browser, html, {width: 300, height: 210}, async (page) => {
         assert.equal(await page.locator('#facts').textContent(), `6 s loop · ${grouped(report.page.strands)} strands`);
+        const {pieces, torn} = await page.evaluate(piecesOfRibbons);
+        assert.ok(pieces > 1000, `${pieces} pieces of ribbons`);
+        assert.deepEqual(torn, []);
         const first = await firstOfLoop(page, 6, `strands-${species}`);
         await standsStillInStillAir(page, first);
       });
