@@ -86,7 +86,9 @@ void add_animate(CLI::App& app) {
                  "a sheet or a scene (.toml), or a preset: a plant, on land or in water, or flag, banner, "
                  "curtain, sail, sign")
       ->required();
-  sub.add_option("--object", command->object, "Which object of a scene (the one there is)");
+  sub.add_option("--object", command->object,
+                 "What of a scene, by name: an object, grass, what drifts, painted trees or a volume (the "
+                 "only object, or the only thing)");
   sub.add_option(
       "-o,--output", command->outputs,
       "What to write, by extension: .glb (Blender, engines), .html (plays in a browser), .csv (node poses "

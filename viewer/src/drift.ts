@@ -6,7 +6,8 @@ import {
   MeshStandardMaterial, SRGBColorSpace, Vector2, Vector3, type WebGLRenderer,
 } from 'three';
 import {
-  grouped, lightThrough, mostRows, PosedVertices, readBlock, shadowMaterial, texelShader, texture, wordsOfThings, type Uniforms,
+  grouped, lightThrough, mostRows, numbersOf, PosedVertices, readBlock, shadowMaterial, texelShader, texture, wordsOfThings,
+  type Part, type Uniforms,
 } from './block';
 import type {Facts, Loop, PlantMesh} from './loop';
 import type {Movement, Player, Shape} from './movement';
@@ -28,9 +29,9 @@ interface Header {
   share: number;  // of all that there were
   mesh: {vertices: number[][]; triangles: number[]};  // position and normal
   materials: Material[];
-  meshes: {count: number; first_byte: number};
-  stays: {count: number; words: number; first_byte: number};
-  samples: {count: number; first_byte: number};
+  meshes: Part;
+  stays: Part & {words: number};
+  samples: Part;
 }
 
 const exposure = 1 / 60;  // of the camera that sees drops as streaks [s]
@@ -236,8 +237,8 @@ export function readDrift(data: ArrayBuffer): Loop {
   const {header, first} = readBlock<Header>(data);
   const {form, facts, stays, samples, meshes, materials, low_m, high_m, ground_m} = header;
   const uniforms: Uniforms = {
-    driftStays: {value: texture(wordsOfThings(new Uint32Array(data, first + stays.first_byte, stays.words * stays.count), stays.count), 4)},
-    driftSamples: {value: texture(padded(new Int16Array(data, first + samples.first_byte, 3 * samples.count), samples.count), 4)},
+    driftStays: {value: texture(wordsOfThings(numbersOf(Uint32Array, data, first, stays, stays.words), stays.count), 4)},
+    driftSamples: {value: texture(padded(numbersOf(Int16Array, data, first, samples, 3), samples.count), 4)},
     driftNow: {value: 0},
     driftPeriod: {value: facts.period_s},
     driftStep: {value: header.step_s},
@@ -245,7 +246,7 @@ export function readDrift(data: ArrayBuffer): Loop {
     driftPicture: {value: new Vector2(1000, exposure)},
   };
   const pose = poseShader(header);
-  const byMaterial = staysOf(new Uint32Array(data, first + meshes.first_byte, meshes.count + 1), materials);
+  const byMaterial = staysOf(numbersOf(Uint32Array, data, first, {...meshes, count: meshes.count + 1}), materials);
   const root = new Group();
   root.rotation.x = -Math.PI / 2;  // from z up to y up
   const drawn: PlantMesh[] = [];
@@ -265,7 +266,7 @@ export function readDrift(data: ArrayBuffer): Loop {
     root.add(mesh);
   });
   root.updateMatrixWorld(true);
-    return {
+  return {
     name: header.name, facts, root, meshes: drawn, movement: new Drifts(header, uniforms),
     vertices: new PosedVertices(byMaterial.map((things) => ({vertices: header.mesh.vertices, things, width: 2})), uniforms, pose, `
       float since;

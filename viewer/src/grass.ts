@@ -6,8 +6,8 @@ import {
   MeshStandardMaterial, PlaneGeometry, SRGBColorSpace, Vector2, Vector3, Vector4,
 } from 'three';
 import {
-  grouped, lightThrough, mostRows, PosedVertices, readBlock, shadowMaterial, texelShader, texture, travelling, travellingShader, wordsOfThings, type FieldAxes,
-  type Uniforms,
+  grouped, lightThrough, mostRows, numbersOf, PosedVertices, readBlock, shadowMaterial, texelShader, texture, travelling,
+  travellingShader, wordsOfThings, type FieldAxes, type Part, type Uniforms,
 } from './block';
 import type {Facts, Loop, PlantMesh} from './loop';
 import {InFieldWind} from './movement';
@@ -30,12 +30,12 @@ interface Header {
   facts: Facts;
   height_m: number;
   field: FieldAxes;
-  blades: {
-    count: number; first_byte: number; low_m: [number, number, number]; step_m: [number, number, number];
+  blades: Part & {
+    low_m: [number, number, number]; step_m: [number, number, number];
     length_step_m: number; width_step_m: number;
   };
-  responses: {count: number; first_byte: number};
-  bends: {count: number; first_byte: number};
+  responses: Part;
+  bends: Part;
   kinds: Kind[];
 }
 
@@ -171,11 +171,10 @@ function uniformsOf(header: Header, data: ArrayBuffer, first: number): Uniforms 
   const {blades, responses, bends, field, kinds} = header;
   const padded = <T>(values: T[], count: number, other: T): T[] =>
     [...values, ...new Array<T>(count - values.length).fill(other)];
-  const samples = field.samples * field.columns * responses.count;
-  const angles = new Int16Array(data, first + responses.first_byte, 2 * samples);
-  const directions = Float32Array.from(new Int16Array(data, first + bends.first_byte, 12 * bends.count), (n) => n / 32767);
+  const angles = numbersOf(Int16Array, data, first, responses, 2 * field.samples * field.columns);
+  const directions = Float32Array.from(numbersOf(Int16Array, data, first, bends, 12), (n) => n / 32767);
   return {
-    grassBlades: {value: texture(wordsOfThings(new Uint32Array(data, first + blades.first_byte, 4 * blades.count), blades.count), 4)},
+    grassBlades: {value: texture(wordsOfThings(numbersOf(Uint32Array, data, first, blades, 4), blades.count), 4)},
     grassResponses: {value: texture(Float32Array.from(angles), 2)},
     grassBends: {value: texture(directions, 4)},
     grassLow: {value: new Vector3(...blades.low_m)},
@@ -253,8 +252,8 @@ function makeSoil(header: Header, low: Vector3, high: Vector3): Mesh {
 
 export function readGrass(data: ArrayBuffer): Loop {
   const {header, first} = readBlock<Header>(data);
-  const {kinds, facts, blades: {count, low_m, step_m, first_byte}} = header;
-  const last = new Uint32Array(data, first + first_byte + 12 * count, count);
+  const {kinds, facts, blades} = header, {count, low_m, step_m} = blades;
+  const last = numbersOf(Uint32Array, data, first, blades, 4).subarray(3 * count);
   const byKind = kinds.map((_, k) => Float32Array.from([...last.keys()].filter((i) => kindOfBlade(last[i]) === k)));
   const uniforms = uniformsOf(header, data, first);
 

@@ -68,7 +68,7 @@ async function onPage(browser, html, viewport, look) {
   await page.close();
 }
 
-// The picture at its begin, which is that at its end and none between.
+// The picture at the begin of the loop: the same at its end, and another between.
 async function firstOfLoop(page, period, screenshot) {
   const first = await page.evaluate(pictureAt, 0);
   assert.equal(await page.evaluate(pictureAt, period), first);

@@ -42,8 +42,8 @@ void append_part(const std::vector<T>& values, std::size_t width, const char* na
 // Of a loop of that period [s].
 nlohmann::ordered_json facts_json(const LoopFacts& facts, double period);
 
-// How the page looks up a field that travels with that speed [m/s] (viewer/src/block.ts: Travelling). Throws
-// Error for a number that is not finite.
+// How the page looks up a field that travels to that heading [degrees, from x towards y] with that speed
+// [m/s] (viewer/src/block.ts: Travelling). Throws Error for a number that is not finite.
 nlohmann::ordered_json axes_json(const TimeAxis& loop, const FieldPlane& plane, double heading, double speed);
 // Its values, the first `kept` of the four numbers of each, 16 bits signed; the document says under `name`
 // where they are and their step. Throws Error for a number that is not finite.
